@@ -23,11 +23,11 @@ render/      figures from stored results, and one page of all of them
 runs/        from configs to results: plans, parts, progress, provenance
 results/     HDF5 files of results: written whole, opened as data only, safe
 experiments/ one folder each: layout, schema, computation and drawing; with
-             the contract that they keep, and plots/ that they share
+             contract.py, which they obey, and plots.py, which they share
 config/      YAML configs, read and checked with the place of every value
 surfaces/    asymptotic surfaces S1- and S2+: Melnikov, splitting, heteroclinic
-routes/      route codes of orbits, certain symbol by symbol; in symbolic/ the
-             way back, orbits from codes; in certified/ codes with a proof
+routes/      route codes of orbits, each symbol certain or not; in symbolic/ the
+             inverse, orbits from codes; in certified/ codes with a proof
 orbits/      orbits followed: step by step in integrate/, from section to
              section by a normal form in return_map/
 mechanics/   the body, its equations, and its motions in closed form

@@ -6,25 +6,25 @@ import sys
 
 
 def main() -> None:
-    """Run the command line; from the first line a signal ends it in good order."""
-    # Until there is a watch Ctrl-C ends the process as the system does, without a traceback.
+    """Run the command line; from the first line on a signal ends it cleanly."""
+    # Until the call of `watch` Ctrl-C ends the process as the system does, without a traceback.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # No other package has a word in our configs; to look for one takes a hundredth of a start.
+    # No plugin of pydantic concerns our configs; looking for some takes a hundredth of the start.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     settle_streams()
     from rigidpend.machine import leave_garbage, signals
 
     leave_garbage()
     signals.watch()
-    # Only now: these imports take longer than many a command.
+    # Imported last: these imports take longer than many commands, and a signal must be heeded then.
     from rigidpend.cli import main as command
 
     command(prog_name="rigidpend")
 
 
 def settle_streams() -> None:
-    """Give closed standard streams somewhere to go, before a file takes their number."""
+    """Open closed standard streams on the null device, before another file takes their number."""
     for number in (0, 1, 2):
         try:
             os.fstat(number)

@@ -1,4 +1,4 @@
-"""Notebooks: results loaded with labels, computed and drawn in a line, orbits in time.
+"""Notebooks: load results with labels, compute and draw them in one line, follow orbits in time.
 
 ``rigidpend.load``, ``run``, ``plot``, ``orbit`` and ``theory`` are these functions.
 """
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 POINTS = 60
 """Samples in a rotation of the pendulum, if no step is given: as many as in Fig. 5."""
 MOST_SAMPLES, SAMPLE = 2_000_000, 350
-"""Samples of an orbit at most, and bytes of memory that each takes while they are made."""
+"""Largest number of samples of an orbit, and bytes of memory that each takes while it is made."""
 MOST_ROTATIONS, ROTATION = 10_000_000, 3e-5
-"""Rotations of the pendulum that an orbit may take, and seconds that one takes, as measured."""
+"""Largest number of rotations of the pendulum in an orbit, and measured seconds for one."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,7 +57,7 @@ class StoredResult:
 
     @property
     def config(self) -> dict[str, Any]:
-        """The config with every default; numbers are texts, exact."""
+        """The config with every default; numbers are exact, as text."""
         return self.loaded["config"]
 
     @property
@@ -67,7 +67,7 @@ class StoredResult:
 
     @property
     def words(self) -> dict[str, list[str]]:
-        """Route codes as texts, one an orbit, for each array of them: ``?`` if uncertain."""
+        """Route codes as strings, one for each orbit, by array: ``?`` marks an uncertain symbol."""
         groups = self.values.get("levels", self.values).items()
         held = {name: x for name, x in groups if isinstance(x, Mapping) and "certain" in x}
         return {name: words(x["codes"], x["certain"]) for name, x in held.items()}
@@ -115,7 +115,7 @@ class StoredResult:
 
 
 class TheoryTable(tuple["Row", ...]):
-    """Table of a body by the paper's theory; a value is found by its name."""
+    """Table of a body by the paper's theory; ``table[name]`` gives a value."""
 
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, str):
@@ -143,7 +143,7 @@ def load(source: Path | str) -> StoredResult:
     Raises
     ------
     ParameterError, StoreError
-        It is no path; there is none, or it cannot be read.
+        The source is no path; or there is no such file, or it cannot be read.
     """
     from rigidpend.results import store
     from rigidpend.runs import remedies
@@ -178,21 +178,21 @@ def run(
     folder : Path or str, optional
         Folder of the result.
     called : str, optional
-        Name of the result; if not given it tells the values that are set, as
+        Name of the result; by default it contains the values that are set, as in
         ``fig4_mu=0.01``.
     jobs : int, optional
-        Threads; all processors if not given.
+        Number of threads; by default one for each processor.
     progress : callable, optional
-        Takes lines of progress. By default those of a run that takes longer than three seconds
-        stand on stderr: in a notebook and on a terminal one that changes, with the time left.
+        Receiver of lines of progress. By default a run that takes longer than three seconds
+        writes them to stderr: in a notebook or terminal as one changing line, with the time left.
     **problem
-        Values of the section `problem`, as ``mu="0.01"``. Text is exact as written, a float is
-        written with the fewest digits that give it back.
+        Values of the section `problem`, as ``mu="0.01"``. Text is exact as written; a float is
+        written with the fewest digits that reproduce it.
 
     Raises
     ------
     ParameterError, ConfigError, StoreError
-        An argument that is none, or as the command `run` tells them.
+        An argument is of the wrong kind, or the command `run` would report the same error.
     """
     from rigidpend.config import overrides
     from rigidpend.machine import workers
@@ -256,7 +256,7 @@ def orbit(
 ) -> SampledOrbit:
     """Integrate an orbit on S1- in double precision, with its angles and its hodograph.
 
-    It starts as those of `route_codes`, at theta1_0 = alpha0 + beta0 and theta3 = 0.
+    It starts as the orbits of `route_codes` do, at theta1_0 = alpha0 + beta0, with theta3 = 0.
 
     Parameters
     ----------
@@ -266,18 +266,18 @@ def orbit(
     h0, J1_0 : number
         Energy constant, and initial action, dimensionless.
     time : float
-        How long, t', dimensionless.
+        Duration in t', dimensionless.
     step : float, optional
-        t' between samples, of which the last is at `time`; a sixtieth of a rotation of the
-        pendulum if not given.
+        t' between samples, of which the last is at `time`; by default a sixtieth of a rotation
+        of the pendulum.
     engine : {"taylor", "scipy"}, optional
         `taylor` by default.
 
     Raises
     ------
     ParameterError, EngineError
-        A value that is excluded, or an engine that is not installed; more samples or more
-        rotations than memory or patience has.
+        An excluded value, an unknown engine, or more samples or rotations than `MOST_SAMPLES`
+        and `MOST_ROTATIONS`.
     """
     from rigidpend.mechanics import in_space
     from rigidpend.orbits.integrate.arithmetic import resolve
@@ -286,7 +286,7 @@ def orbit(
     from rigidpend.routes.phases import Phases
     from rigidpend.routes.problem import RouteProblem, rotation_period
 
-    # How many symbols are asked for has no part in an orbit: one is the least.
+    # The number of symbols does not affect an orbit in time; a problem needs at least one.
     problem = RouteProblem(body, h0, J1_0, 1)
     period = rotation_period(problem)
     times = _samples(time, period / POINTS if step is None else step, period)
@@ -311,7 +311,7 @@ def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
     h0 : number
         Energy constant, greater than mu.
     J1_0 : number, optional
-        Initial action, dimensionless; Melnikov's zeros depend on it, nothing else does.
+        Initial action, dimensionless; only Melnikov's zeros depend on it.
 
     Raises
     ------
@@ -324,9 +324,9 @@ def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
 
 
 def _samples(time: Any, step: Any, period: float) -> Array:
-    """Times t' of samples from 0 to `time`, a step apart, the last at most that.
+    """Times t' of samples from 0 to `time`, a step apart; the last step may be shorter.
 
-    What would take hours or all memory is refused, with what it would take.
+    A request that would take hours or all memory is refused with its time or size.
     """
     import numpy as np
 
@@ -343,5 +343,5 @@ def _samples(time: Any, step: Any, period: float) -> Array:
         needed = f"{rotations:.3g} rotations of the pendulum, about {rotations * ROTATION:.2g} s"
         message = f"time = {end:g} takes {needed}; {MOST_ROTATIONS} rotations are the most"
         raise ParameterError("time", f"{message}: give at most {MOST_ROTATIONS * period:.3g}")
-    # A sample that rounding puts just before the last is the last.
+    # Without 1e-9, a count rounded up by one bit would give two samples at nearly the same end.
     return np.append(apart * np.arange(math.ceil(count - 1e-9)), end)

@@ -157,10 +157,17 @@ def power_series(first: Interval, next_term: Callable[[Interval, int], Interval]
 
 
 def arctangent(x: Interval) -> Interval:
-    """The arctangent: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), then its series."""
-    # After two halvings |x| < tan(pi/8), so that terms shrink to a fifth each time.
+    """The arctangent, which rises: from that of the lower end to that of the upper end."""
+    low, high = (_arctangent(Interval(end, end)) for end in (x.low, x.high))
+    return Interval(low.low, high.high)
+
+
+def _arctangent(x: Interval) -> Interval:
+    """That of a point: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), then its series."""
+    # After two halvings |x| < tan(pi/8), so that terms shrink to a fifth each time. Of a wide
+    # interval quotients would be wider than that, and its terms might grow.
     for _ in range(2):
-        x = x / (1 + sqrt(1 + x.size**2 if x.low * x.high <= 0 else 1 + x * x))
+        x = x / (1 + sqrt(1 + x * x))
     odd = power_series(x, lambda power, k: power * x * x * Fraction(1 - 2 * k, 2 * k + 1))
     return 4 * odd
 
@@ -179,10 +186,15 @@ def _pi(_: int) -> Interval:
 
 
 def cosine(x: Interval) -> Interval:
-    """The cosine: the angle is brought into one turn, divided by 8, and doubled three times."""
+    """The cosine: the angle is brought into one turn, divided by 8, and doubled three times.
+
+    Refused where the angle is not known to a turn or so: terms of the series might grow.
+    """
     turn = 2 * pi()
     # Any whole number of turns may be taken off; it is one that leaves half a turn at most.
     x = (x - turn * ((x.low + x.high + turn.low) // (2 * turn.low))) / 8
+    if x.size.above > 1:
+        raise Refused("an angle is too large, or known too coarsely, for its cosine")
     found = power_series(
         Interval.of(1), lambda term, k: -term * (x * x) * Fraction(1, 2 * k * (2 * k - 1))
     )
@@ -235,15 +247,17 @@ def _value(node: Any, text: str) -> Any:
         if isinstance(node.op, ast.Pow):
             if not isinstance(b, Fraction) or b.denominator != 1 or abs(b) > 5000:
                 raise Refused("a power that is not whole, or beyond 5000")
-            if isinstance(a, Fraction) and _bits(a) * abs(b) > 2**17:
+            if _bits(a) * abs(b) > 2**17:
                 raise Refused("a power that is too large")
             return a ** int(b)
         return OPERATORS[type(node.op)](a, b)
     raise Refused("an expression of another kind than numbers have")
 
 
-def _bits(x: Fraction) -> int:
-    """The length of a fraction in bits."""
+def _bits(x: Fraction | Interval) -> int:
+    """The length of a fraction in bits; of an interval that before the point, which may grow."""
+    if isinstance(x, Interval):
+        return max(0, x.size.high.bit_length() - Interval.digits)
     return x.numerator.bit_length() + x.denominator.bit_length()
 
 
@@ -307,7 +321,9 @@ def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
     J2 = sqrt(Interval.of(2 * h0 / kappa))
     if J1 == 0 or not (Interval.of(J1).low > 0 and (J2 - J1).low > 0):
         raise Refused("0 < J1_0 < J2_0 is broken, or cannot be told")
-    unit = Fraction(2) ** (math.frexp((J2 * (1 + Fraction(1, 1 << 20))).above)[1] - 1)
+    # The largest power of two that is no larger than the upper end.
+    lifted = J2 * (1 + Fraction(1, 1 << 20))
+    unit = Fraction(1 << lifted.high.bit_length() - 1, 1 << Interval.digits)
     mu = mu / unit**2
     J1, J2 = Interval.of(J1 / unit), J2 / unit
     lam = s * c
@@ -481,15 +497,17 @@ class Walk:
 
     def take(self, step: Step) -> None:
         """Check H1 to H5 on the next step; Fails where one is not shown."""
+        if step.half <= 0:
+            raise Fails("H2: the length of a step is not positive")
         bits = step.bits
         begin, end = ([Fraction(at_end(w, x), 2 << bits) for w in step.series] for x in (-1, 1))
         gap = [x - y for x, y in zip(begin, self.end, strict=True)]
         epsilon = (self.bound + norm(self.problem, gap)).above
         if epsilon >= WIDEST:
-            raise Fails(f"H1: {float(epsilon):.3g} where two steps join, and {WIDEST} is the most")
+            raise Fails(f"H1: {about(epsilon)} where two steps join, and {WIDEST} is the most")
         delta = norm(self.problem, defect(self.problem, step)).above
         if epsilon + 2 * delta >= WIDEST:
-            raise Fails(f"H2: a defect of {float(delta):.3g} is too large")
+            raise Fails(f"H2: a defect of {about(delta)} is too large")
         # Finer parts cost more: they are tried only where coarse ones leave a sign in doubt.
         for parts in PARTS:
             M3 = on_parts(step.series[2], bits, parts)
@@ -521,12 +539,15 @@ class Walk:
             for m in sizes:
                 steep = p.lam * (m + beside)
                 rates += steep + hypotenuse(steep, k)
-            duration = Fraction(step.half, parts << CLOCK)
-            grown = (exponential(rates * duration) * begin).above
+            growth = rates * Fraction(step.half, parts << CLOCK)
+            # No bound is less than 2^-digits: what grows so far would exceed any tube.
+            if growth.above > Interval.digits:
+                raise Fails(f"H3: a bound that grows by more than exp({Interval.digits})")
+            grown = (exponential(growth) * begin).above
             if grown < radius:
                 return grown
             if radius == WIDEST:
-                raise Fails(f"H3: {float(grown):.3g} at the end, and {WIDEST} is the most")
+                raise Fails(f"H3: {about(grown)} at the end, and {WIDEST} is the most")
             radius = min(2 * grown, WIDEST)
 
     def signs(
@@ -559,6 +580,11 @@ class Walk:
             if min(_least(large(k), sign) for k in run) > near:
                 return {(1, 1): 2, (1, -1): 4, (-1, -1): 1, (-1, 1): 3}[rising, sign]
         raise Fails("H5: Q is too near zero at a crossing to tell its separatrix")
+
+
+def about(bound: Fraction) -> str:
+    """Three digits of a bound; of a large one, which no double may hold, that it is large."""
+    return f"{float(bound):.3g}" if bound < 10**6 else "more than 1e+06"
 
 
 def _least(ends: tuple[int, int], sign: int) -> int:
@@ -730,7 +756,7 @@ def steps_of(fields: dict[str, Any]) -> list[list[Step]]:
     """The steps of each orbit of an array; refused where its numbers do not fit each other."""
     names = ("steps", "half_lengths", "step_bits", "terms", "widths")
     counts, halves, bits, terms, widths = (list(map(int, fields[x])) for x in names)
-    # Numbers less 1 are those that must not be 0: so a half-length is positive.
+    # Numbers less 1 are those that must not be 0.
     for what, found, top in (
         ("steps", counts, STEPS),
         ("half_lengths", [x - 1 for x in halves], 2**62),
@@ -766,6 +792,17 @@ def same(a: str, b: str) -> bool:
     return apart.size.high < 1 << (Interval.digits - 256)
 
 
+def stated_by(path: Path) -> dict[str, Any]:
+    """The experiment and the problem of a YAML config, numbers as texts; refused if it is none."""
+    import yaml
+
+    try:
+        config = yaml.load(path.read_text(encoding="utf-8"), yaml.BaseLoader)
+        return {key: config[key] for key in ("experiment", "problem")}
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError):
+        raise Refused(f"{path} is no config of an experiment and a problem") from None
+
+
 def check_against(config: Any, other: Any, place: str = "") -> None:
     """Refuse a config that has other numbers or keys than a given one; `place` is said in words."""
     if isinstance(config, dict) and isinstance(other, dict):
@@ -791,10 +828,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
     """
     config, arrays = read(path)
     if given:
-        import yaml
-
-        wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
-        check_against(config, {key: wanted[key] for key in ("experiment", "problem")})
+        check_against(config, stated_by(given))
     # The bytes may be anybody's: what is no phase is refused where it is compared.
     stated = {
         name: [x.decode("ascii", "replace") for x in fields["theta2_0"]]

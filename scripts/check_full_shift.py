@@ -38,6 +38,7 @@ from scripts.check_certificate import (
     number,
     pi,
     sqrt,
+    stated_by,
 )
 
 DIGITS = 200
@@ -201,7 +202,7 @@ class Series:
                 found[at] = found.get(at, 0) + (1 if i == 0 else 2) * j * c
         return Series.made(found, self.digits)
 
-    def along(self, variable: int) -> Series:
+    def partial(self, variable: int) -> Series:
         """The derivative in u, v or w (1, 2, 3)."""
         if self.most_of is None:
             raise Fails("C7: a function of which only values are bounded has no derivative")
@@ -263,7 +264,7 @@ ENERGY = Series.made({(0, 0, 0, 1): 1}, 0)
 
 def orders(x: Series, along: Iterable[int]) -> list[Fraction]:
     """Bounds on a series, and on its derivatives in some of u, v and w."""
-    return [x.most, *(x.along(i).most for i in along)]
+    return [x.most, *(x.partial(i).most for i in along)]
 
 
 def around(centre: Any, radius: Any) -> Interval:
@@ -503,7 +504,7 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
         ]
 
     J = matrix(1, Q.ball(ALONE), g1.ball(ALONE), g2.ball(ALONE), d.ball())
-    turned = {i: matrix(0, *(x.along(i).ball() for x in (Q, g1, g2, d))) for i in p.along}
+    turned = {i: matrix(0, *(x.partial(i).ball() for x in (Q, g1, g2, d))) for i in p.along}
     near = solution(residual, J, turned, ALONE)
     if Q.ball(ALONE).low <= 0:
         raise Fails("C1: the large Q is not shown to be positive at the points of a set")
@@ -555,7 +556,7 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
         ]
 
     unknown = (Qp, M3, g1, g2, g3)
-    turned = {i: matrix(0, *(x.along(i).ball() for x in (*unknown, aside))) for i in p.along}
+    turned = {i: matrix(0, *(x.partial(i).ball() for x in (*unknown, aside))) for i in p.along}
     J = matrix(1, *(x.ball(THIN) for x in unknown), aside.ball())
     near = solution(residual, J, turned, THIN)
     if Qp.ball(THIN).low <= 0 or M3.ball(THIN).high >= 0:
@@ -730,7 +731,7 @@ def energies_along(
     if found.most > 1:
         raise Fails("C6: energies along the line are others than those of the sets")
     apart = zip(p.along, bounds[1:], strict=True)
-    return found, [w.along(i).wider(unsure * bound) for i, bound in apart]
+    return found, [w.partial(i).wider(unsure * bound) for i, bound in apart]
 
 
 def crossing(
@@ -756,20 +757,20 @@ def crossing(
             more = exponential(Interval.of(steep * time)).above - 1
             slopes = []
             for i in p.along:
-                moved = [state.along(i) for state in end]
+                moved = [state.partial(i) for state in end]
                 most = p.norm(*(x.most for x in moved)) + bounds[i]
                 off = p.apart(bounds[i] + more * most)
                 timed = (moved[2].most + off[2]) * fastest * (1 << Interval.digits) / slowest
                 slopes.append([x.wider(e + timed) for x, e in zip(moved, off, strict=True)])
             away = [e + time * size(rate) for e, rate in zip(apart, found, strict=True)]
             places = [x.wider(e) for x, e in zip(end, away, strict=True)]
-            crossed = _crossed([places, *slopes], box, side, begin)
+            crossed = reached([places, *slopes], box, side, begin)
             return crossed._replace(time=around(0, time))
         late = 2 * time * fastest
     raise Fails("C5: M3 crosses zero too slowly")
 
 
-def _crossed(
+def reached(
     places: list[list[Series]], box: list[Interval], side: int, begin: list[Interval]
 ) -> Arrival:
     """C5: the side on which the orbits cross, by the sign of the large Q, and where they do."""
@@ -852,7 +853,7 @@ def phases(p: Problem, line: Line, step: Step) -> Interval:
     return found if found.high > 0 else found + 2 * pi()
 
 
-def told(where: Interval) -> str:
+def words_on_phases(where: Interval) -> str:
     """Words on an interval: nine decimals of both ends, rounded outward."""
     ends = math.floor(Fraction(where.low, 1 << DIGITS) * 10**9), math.ceil(where.above * 10**9)
     low, high = (Decimal(x).scaleb(-9) for x in ends)
@@ -973,7 +974,7 @@ def check_strip(p: Problem, of: Middle, line: Line, step: Step) -> None:
     kappa, _ = slant(p, sqrt(2 * left / of.kappa), r0 * sqrt(square))
     # A_u and A_v bound the derivatives of all components but Qm = wide v.
     sizes = [
-        p.norm(*(Fraction(0) if j == 1 else x.along(i).most for j, x in enumerate(states)))
+        p.norm(*(Fraction(0) if j == 1 else x.partial(i).most for j, x in enumerate(states)))
         for i in (1, 2)
     ]
     if (line.wide - kappa * (sum(sizes) + bounds[1] + bounds[2])).low <= 0:
@@ -1006,12 +1007,17 @@ def check_crossings(
 
 
 def check_transversal(
-    p: Problem, line: tuple[Line, Step, Arrival], quads: Sequence[Quad], found: Sequence[Arrival]
+    p: Problem,
+    line: tuple[Line, Step, Arrival | None],
+    quads: Sequence[Quad],
+    found: Sequence[Arrival],
 ) -> None:
     """C9, with C8: check that S1- and S2+ cross transversally, once for each even word."""
     strip, step, start = line
     if p.h0 is not None:
         raise Fails("C9: the starts are of several energies")
+    if start is None:
+        raise Fails("C9: the starts come to the sets by an approach")
     of = check_middle(p, farthest(quads, [*found, start]))
     check_strip(p, of, strip, step)
     check_graph(p, of)
@@ -1093,7 +1099,8 @@ def prove(
         # With an approach nothing is claimed of how many starts have a code: no C7 of the line.
         *(("line", start, quad) for quad, _ in crossed if not approach),
     ]
-    of_line = line, orbits[n][0], start
+    # C9 is about the strip's own image: behind an approach `start` is that of another set.
+    of_line = line, orbits[n][0], None if approach else start
     doubts = [
         _doubt(lambda: [_named(k, check_cone, x, quad) for k, x, quad in cones]),
         _doubt(lambda: check_middle(p, farthest(quads, found))),
@@ -1160,7 +1167,7 @@ def read(path: Path) -> Read:
         with h5py.File(path) as file:
             bounded(file, RATIO * path.stat().st_size + 2**26)
             config = json.loads(file["config"].asstr()[()])
-            sets, along = (
+            sets, starts = (
                 {k: file[f"data/{group}/{k}"][()] for k in names}
                 for group, names in (("sets", QUAD), ("line", LINE))
             )
@@ -1169,7 +1176,7 @@ def read(path: Path) -> Read:
                 k: file[f"data/energies/{k}"][()] for k in ENERGIES if "energies" in file["data"]
             }
             if "wide" in file["data/line"]:
-                along["wide"] = file["data/line/wide"][()]
+                starts["wide"] = file["data/line/wide"][()]
             before = {k: file[f"data/approach/{k}"][()] for k in QUAD if "approach" in file["data"]}
         moves = several.get("moves", [[]] * len(sets["a"]))
         shift, spread = (Fraction(float(several.get(k, 0))) for k in ("shift", "spread"))
@@ -1179,8 +1186,8 @@ def read(path: Path) -> Read:
             )
         quads = list(quads_of(sets, moves))
         approach = list(quads_of(before, [[]] * len(before["a"]))) if before else []
-        line = [Fraction(float(along[name])) for name in LINE]
-        wide = Fraction(float(along.get("wide", 0)))
+        line = [Fraction(float(starts[name])) for name in LINE]
+        wide = Fraction(float(starts.get("wide", 0)))
         line_moves = [Fraction(float(x)) for x in several.get("line", [])]
         orbits = steps_of_sets(proof, len(quads) + 1 + len(approach))
         return Read(config, quads, approach, [*line, line_moves, wide], orbits, shift, spread)
@@ -1298,10 +1305,7 @@ def check(path: Path, given: Path | None = None) -> str:
     config = found.config
     try:
         if given:
-            import yaml
-
-            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
-            check_against(_stated(config), _stated(wanted))
+            check_against(_stated(config), _stated(stated_by(given)))
             Interval.digits = DIGITS
         name = "h" if config["problem"].get("h") is not None else "h0"
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", name)}
@@ -1338,7 +1342,7 @@ def check(path: Path, given: Path | None = None) -> str:
         f"proven of {of}: {count} covering relations, so every sequence is the code of an orbit,"
         f" with {least} to {most} t' a passage, and the entropy at least"
         f" ln({count // 2})/2 a passage; and of a line of starts of J1_0 = {action} with"
-        f" theta2_0 {told(proven.theta2)}{behind}" + "".join(further)
+        f" theta2_0 {words_on_phases(proven.theta2)}{behind}" + "".join(further)
     )
 
 

@@ -32,6 +32,7 @@ from scripts.check_certificate import (
     number,
     pi,
     sqrt,
+    stated_by,
     symbol,
 )
 from scripts.check_full_shift import (
@@ -187,21 +188,20 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
     config, intervals, shares, proof = read(path)
     try:
         if given:
-            import yaml
-
-            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)["problem"]
+            wanted = stated_by(given)["problem"]
             stated = config["problem"]
             check_against({k: stated[k] for k in GIVEN}, {k: wanted[k] for k in GIVEN})
         problem = {k: config["problem"][k] for k in GIVEN}
         of = "A = {}; r = {}; mu = {}; h0 = {}; J1_0 = {}".format(
             *(", ".join(problem[key]) for key in ("A", "r")), *(problem[k] for k in GIVEN[2:5])
         )
-        symbols = int(problem["n_symbols"])
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
-    places, depths = intervals["place"], intervals["depth"]
-    if not len(places) == len(depths) <= INTERVALS or len(intervals["codes"]) != symbols > 0:
-        raise Refused("intervals or symbols are not as many as they say, or too many")
+    places, depths, symbols = intervals["place"], intervals["depth"], len(intervals["codes"])
+    if not len(places) == len(depths) <= INTERVALS:
+        raise Refused("intervals are not as many as they say, or too many")
+    if str(problem["n_symbols"]) != str(symbols) or not 0 < symbols <= SYMBOLS:
+        raise Refused("symbols are not as many as its config asks for, or too many")
     if any(not (0 <= n <= DEPTH and 0 <= k < 1 << n) for k, n in zip(places, depths, strict=True)):
         raise Refused("an interval is none of the line")
     told = claims(intervals["codes"], len(places))

@@ -26,6 +26,7 @@ from scripts.check_certificate import (
     bounded,
     check_against,
     number,
+    stated_by,
 )
 from scripts.check_full_shift import (
     DIGITS,
@@ -39,8 +40,8 @@ from scripts.check_full_shift import (
     prove_link,
     quads_of,
     steps_of_sets,
-    told,
     whole,
+    words_on_phases,
 )
 
 SETS = 10_000
@@ -71,7 +72,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         with h5py.File(path) as file:
             bounded(file, RATIO * path.stat().st_size + 2**26)
             config = json.loads(file["config"].asstr()[()])
-            sets, along = (
+            sets, starts = (
                 {k: file[f"data/{group}/{k}"][()] for k in names}
                 for group, names in (("sets", QUAD), ("line", LINE))
             )
@@ -82,7 +83,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         quads = list(quads_of(sets, [[]] * len(sets["p"])))
         if not all(quad.a and quad.b and quad.l1 for quad in quads):
             raise Refused("a set has no extent")
-        e1, e2, centre, half = (exactly(along[k]) for k in LINE)
+        e1, e2, centre, half = (exactly(starts[k]) for k in LINE)
         line = Line(number(config["problem"]["J1_0"]), e1, e2, centre, half)
         return config, [line, *quads], proof, energies
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
@@ -121,9 +122,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
         raise Refused("its code is none, or not of as many symbols as there are sets")
     try:
         if given:
-            import yaml
-
-            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)["problem"]
+            wanted = stated_by(given)["problem"]
             check_against({k: problem[k] for k in GIVEN}, {k: wanted[k] for k in GIVEN})
         problem = {k: problem[k] for k in GIVEN}
         of = "A = {}; r = {}; mu = {}; h0 = {}; J1_0 = {}".format(
@@ -146,7 +145,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
             if k and str(symbol) != code[k - 1]:
                 raise Fails(f"symbol {k} is {symbol}")
     where = phases(problem_of(problem), sources[0], steps_of_sets(links[0][1], 1)[0][0])
-    return f"proven of {of}: of the starts with theta2_0 {told(where)} one has {code}"
+    return f"proven of {of}: of the starts with theta2_0 {words_on_phases(where)} one has {code}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

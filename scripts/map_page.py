@@ -40,8 +40,10 @@ BODIES: dict[str, tuple[Any, Any, str]] = {
     "Fig. 4: A = 2, 1, 3/2; r along (1, 1, 0)": (A, R, H0),
     "Fig. 5: A = 2, 3/2, 9/5; r along (0, 1, 0)": ((2, "1.5", "1.8"), (0, 1, 0), "10/9"),
 }
-RATIOS = (0.001, 0.01, 0.02, 0.03, 0.045)
+RATIOS = (0.001, 0.01, 0.02, 0.03, 0.045, 0.06)
 """Values of mu/h0 that are tried, up to the first that is refused."""
+GROWING = ("1e-6", "0.001", "0.01", "0.03", "0.045", "0.06", "0.08")
+"""Values of mu of the body of Fig. 4 whose maps' sizes are told."""
 
 
 def main() -> None:
@@ -50,6 +52,7 @@ def main() -> None:
         draw([_map(mu) for mu in WEIGHTS]).savefig(PICTURE)
     if "--limits" in sys.argv[1:]:
         write_table(PAGE, "limits", limits_table(list(measured(BODIES))))
+        write_table(PAGE, "sizes", sizes_table(GROWING))
 
 
 def _map(mu: str) -> ReturnMap:
@@ -117,6 +120,20 @@ def _largest(order: Any, sizes: Any) -> tuple[Any, Any]:
     known = np.unique(order)
     found = np.array([sizes[order == k].max() for k in known]) / sizes.max()
     return known[found > 0], found[found > 0]
+
+
+def sizes_table(weights: Sequence[str]) -> Table:
+    """The sizes of maps of 64 bits at one energy, and the errors that they state."""
+    rows = []
+    for mu in weights:
+        try:
+            made = return_map(Body(A, R, mu), h=H0, bits=64)
+            o = made.orders
+            told = [*map(str, (o.degree, o.n_x, o.n_phase)), f"{made.errors.charts:.0e}"]
+        except MapError as error:
+            told = ["refused:", str(error).partition(":")[0], "", ""]
+        rows.append((mu, *told))
+    return Table("", ("mu", "degree", "nodes in d", "phases", "error of charts"), rows)
 
 
 def measured(bodies: dict[str, tuple[Any, Any, str]]) -> Iterator[tuple[str, ...]]:

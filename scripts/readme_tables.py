@@ -114,7 +114,7 @@ def shortest(data: Data) -> Table:
         (name, took), *_ = found.items()
         best = min(vouching, key=lambda x: float(np.median(found[x][key])))
         middle, ratio = np.median(found[best][key]), np.median(found[best][key] / took[key])
-        text = f"bodies drawn by lot, every symbol vouched for: {call}"
+        text = f"random bodies, every symbol vouched for: {call}"
         own = METHODS[name].label, seconds(float(np.median(took[key])))
         rows.append((text, *own, *_of(best, float(middle), float(ratio))))
     header = ("problem", "ours", "time", "fastest peer", "time", "times ours")

@@ -1,4 +1,4 @@
-"""Command line: thin modules of commands, which import what is heavy when it is used."""
+"""Command line: thin modules of commands, which import heavy modules when they are used."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def command(name: str) -> click.Command:
     """The command of a name."""
     module = importlib.import_module(f"rigidpend.cli.{COMMANDS[name]}")
     found: click.Command = getattr(module, f"{name}_command")
-    # Of the whole first sentence click itself would cut the end.
+    # Set here, because click would cut a long first sentence.
     found.short_help = (found.help or "").partition("\n\n")[0]
     return found
 
 
 class Commands(click.Group):
-    """The commands, each imported when it is asked for; no complaint repeats a long argument."""
+    """The commands, each imported when it is called; errors do not repeat long arguments."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -42,7 +42,7 @@ class Commands(click.Group):
         return command(cmd_name) if cmd_name in COMMANDS else None
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; whatever it raises becomes a sentence and an exit code."""
+        """Run a command; an exception becomes a sentence and an exit code."""
         ctx.meta[common.OWED] = "--json" in ctx.args
         try:
             if signals.came():
@@ -52,7 +52,7 @@ class Commands(click.Group):
             said = common.brief(error.format_message())
             common.print_failure(ctx, said, common.MISUSED)
             raise click.UsageError(said, error.ctx) from None
-        # click ends these itself, with words and exit codes of its own.
+        # click handles these itself, with its own messages and exit codes.
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise
         except (Exception, signals.Stopped, KeyboardInterrupt) as error:  # noqa: BLE001
@@ -61,7 +61,7 @@ class Commands(click.Group):
             common.settle_stderr()
 
 
-# Their names alone, of which click suggests those that are close.
+# Only the names, from which click suggests close ones for a misspelled command.
 @click.group(
     cls=Commands,
     commands=dict[str, Any].fromkeys(COMMANDS),
@@ -73,9 +73,9 @@ def main() -> None:
 
     Output goes to stdout, messages to stderr. Exit codes: 0 done or up to
     date; 1 failed or different; 2 wrong usage or config; 3 something needed is absent; 4 an
-    error of rigidpend, with a log; 130 and 143 interrupted, what is finished is kept.
+    error of rigidpend, with a log; 130 and 143 interrupted, with finished parts kept.
 
-    The last line lets bash complete commands, options and names; zsh_source is for zsh.
+    The last example lets bash complete commands, options and names; zsh_source is for zsh.
 
     \b
     Examples:

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     "--check",
     "file",
     type=FILE,
-    help="Check the proof in a certificate, or in a result that holds one as full_shift.h5 and"
-    " fig4_intervals.h5, again, without integration.",
+    help="Check again the proof in a certificate, or in a result such as full_shift.h5 or"
+    " fig4_intervals.h5, without integration.",
 )
-@click.option("--force", is_flag=True, help="Prove even what is up to date.")
+@click.option("--force", is_flag=True, help="Prove even if the certificate is up to date.")
 @JSON
 def certify_command(
     names: tuple[str, ...],
@@ -45,9 +45,9 @@ def certify_command(
 ) -> None:
     """Prove the symbols of route codes, each for the exact problem of the config.
 
-    Writes FOLDER/NAME.certificate.h5, of a RESULT.h5 beside itself: what is proven, and the
-    polynomials that prove it. An orbit that cannot be proven is undecided, with the reason; its
-    code is never guessed. An interrupted proof goes on where it was.
+    Writes FOLDER/NAME.certificate.h5, or for a RESULT.h5 a file beside it, with the proven
+    symbols and the polynomials that prove them. An orbit that cannot be proven is undecided,
+    with the reason; its code is never guessed. An interrupted proof continues when called again.
 
     \b
     Examples:
@@ -59,7 +59,7 @@ def certify_command(
         raise click.UsageError("give names of configs, or a certificate with --check")
     from rigidpend.runs import certificates, loading
 
-    # Told at the end, so that --json prints one document.
+    # Printed at the end, so that --json gives one document.
     told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs, report=say)

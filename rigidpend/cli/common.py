@@ -25,9 +25,9 @@ DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 In this order: done or up to date; failed or different; wrong usage or config; something needed is
 absent; an internal error."""
 MOST = 200
-"""Largest number of characters of a path that a message shows."""
+"""Largest number of characters of a word, such as a path, that a message shows."""
 OWED = "rigidpend.owed"
-"""Note in a command's context that it has a document of ``--json`` still to print."""
+"""Key in a command's context for a document of ``--json`` that is still to be printed."""
 
 KINDS = {
     "Absent": ABSENT,
@@ -41,60 +41,60 @@ KINDS = {
     "NoChange": FAILED,
     "Contradiction": FAILED,
     "MemoryError": FAILED,
-    # The package's own kinds say that a computation failed; Python's say that a program did.
+    # The package's own errors mean a failed computation; Python's mean a faulty program.
     "ZeroDivisionError": INTERNAL,
     "OverflowError": INTERNAL,
     "FloatingPointError": INTERNAL,
     "ArithmeticError": FAILED,
-    # No room, no right, a name that is too long: what the system refuses is no error of ours.
+    # No space, no permission, a name that is too long: refusals by the system are not our faults.
     "OSError": FAILED,
 }
-"""Exit code of a class of errors and of those derived from it.
+"""Exit code of a class of errors and of the classes derived from it.
 
-Classes are given by name, for to import them all would take longer than many a command."""
+Classes are given by name, because importing all of them would take longer than many commands."""
 
 
 def failed(ctx: click.Context, error: BaseException) -> NoReturn:
-    """End a command by what it raised: a sentence, an exit code, and the document it still owes."""
+    """End a command after an error: with a sentence, an exit code, and the document it owes."""
     if isinstance(error, signals.Stopped | KeyboardInterrupt):
         code, said = signals.conclude(signals.came() or signal.SIGINT, say)
     else:
         code = exit_code(error)
-        # stdout may be what failed, as on a full disk: flushed at the end it would fail again.
+        # stdout itself may have failed, as on a full disk, and would fail again when flushed.
         if isinstance(error, OSError):
             drop(sys.stdout)
         said = sentence(error)
-        # A complaint about a config begins with its file and line: no name before those.
+        # A complaint about a config begins with its file and line, without a program's name.
         say(said if code == MISUSED else f"rigidpend: {said}")
     print_failure(ctx, said, code)
     sys.exit(code)
 
 
 def print_failure(ctx: click.Context, said: str, code: int) -> None:
-    """Print the document of a command that failed before it had another."""
+    """Print the document of a command that failed before it could print its own."""
     if ctx.meta.get(OWED):
         print_json({"error": said, "exit_code": code})
 
 
 def exit_code(error: BaseException) -> int:
     """Exit code of an error, by its class."""
-    # A module of our own that is absent is a broken installation, no extra to be installed.
+    # A missing module of our own means a broken installation, not an extra to be installed.
     if isinstance(error, ImportError):
         return ABSENT if wording.library(error) else INTERNAL
-    # The nearest class that is known decides, so that a kind may differ from what it derives from.
+    # The nearest known class decides, so that a class may differ from the one it derives from.
     names = (kind.__name__ for kind in type(error).__mro__)
     return next((KINDS[name] for name in names if name in KINDS), INTERNAL)
 
 
 def sentence(error: BaseException, log: Callable[[BaseException], Path] | None = None) -> str:
-    """Sentence that tells of an error; an internal one goes to a log with its traceback."""
+    """Sentence on an error; an internal error goes to a log with its traceback."""
     code = exit_code(error)
     if isinstance(error, MemoryError):
         return "not enough memory; fewer orbits or fewer --jobs need less"
-    # Python 3.11 and 3.12 keep of compiled code what a full disk leaves of it.
+    # On a full disk Python 3.11 and 3.12 may leave truncated files of compiled code.
     if isinstance(error, EOFError) and "marshal" in str(error):
-        return f"{error}: remove the folders __pycache__ of rigidpend, cut short by a full disk"
-    # Those of the package say themselves what to do.
+        return f"{error}: a full disk cut a file short; remove the folders __pycache__ of rigidpend"
+    # Errors of the package say themselves what to do.
     if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"
     if type(error) is ImportError and code == ABSENT:
@@ -119,12 +119,12 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
 
 
 def brief(said: str) -> str:
-    """A message in which words of more than `MOST` characters lack their middle."""
+    """A message, with the middle of words of more than `MOST` characters left out."""
     return re.sub(rf"\S{{{MOST + 1},}}", lambda word: f"{word[0][:60]}...{word[0][-60:]}", said)
 
 
 def configs_of(names: Sequence[str], folder: Path, name: str | None) -> list[Path]:
-    """Files of named configs; a name of one's own for the results is for a single config."""
+    """Files of named configs; a name for the result is accepted only with a single config."""
     paths = resolve(tuple(names), folder)
     if name is not None and max(len(names), len(paths)) > 1:
         raise click.UsageError("--name is for one config; several keep their names")
@@ -132,12 +132,12 @@ def configs_of(names: Sequence[str], folder: Path, name: str | None) -> list[Pat
 
 
 def folder_of(path: Path, folder: Path) -> Path:
-    """Folder of a config's result: that of the results, or where the result is that was named."""
+    """Folder of a config's result: the folder of results, or that of a named RESULT.h5."""
     return path.parent if path.suffix == ".h5" else folder
 
 
 def say(text: str) -> None:
-    """Write a message on stderr, so that stdout holds data only; a full disk loses the message."""
+    """Write a message to stderr, so that stdout has data only; on a full disk it is lost."""
     try:
         click.echo(text, err=True)
     except BrokenPipeError:
@@ -147,7 +147,7 @@ def say(text: str) -> None:
 
 
 def settle_stderr() -> None:
-    """Let go of what a full disk has left of messages: at the end it would fail once more."""
+    """Drop messages that a full disk refused, which would fail again when Python ends."""
     try:
         sys.stderr.flush()
     except OSError:
@@ -155,7 +155,7 @@ def settle_stderr() -> None:
 
 
 def drop(stream: Any) -> None:
-    """Let a stream go nowhere: what could not be written would fail once more at the end."""
+    """Redirect a stream to nowhere, because its unwritten rest would fail again at the end."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -163,7 +163,7 @@ def drop(stream: Any) -> None:
 
 
 def print_json(document: Any) -> None:
-    """Write the one document of ``--json`` on stdout: arrays are lists, what is not finite null."""
+    """Write the document of ``--json`` to stdout: arrays as lists, non-finite numbers as null."""
     click.get_current_context().meta[OWED] = False
     click.echo(json.dumps(_plain(document), indent=2, default=str))
 
@@ -178,6 +178,6 @@ def _plain(value: Any) -> Any:
 
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
-    """Print rows in columns that fit the terminal, or 80 characters where there is none."""
+    """Print rows in columns that fit the terminal, or 80 characters without a terminal."""
     for line in wording.columns(rows, shutil.get_terminal_size().columns, margin):
         click.echo(line)

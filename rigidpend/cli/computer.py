@@ -1,4 +1,4 @@
-"""`rigidpend cache`, `doctor`: what is kept and installed here."""
+"""`rigidpend cache`, `doctor`: the cache and the installation on this machine."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def cache_command(clear: bool, as_json: bool) -> None:
     """Print the folder of the cache, with its subfolders and their sizes.
 
     It holds compiled code, return maps and hashes of code, which are made again when they
-    are needed. Each file says what it is of, under a digest; one that is damaged, or of something
-    else, is told and made again.
+    are needed. Each file names its origin, under a digest; a file that is damaged or of another
+    origin is reported and made again.
 
     \b
     Examples:
@@ -44,11 +44,8 @@ def cache_command(clear: bool, as_json: bool) -> None:
         print_json({"folder": cache.folder(), "subfolders": [_document(x) for x in found]})
     else:
         click.echo(whole)
-        rows = [
-            (x.path.name, counted(len(x.files), "file"), _size(x.size), x.meaning) for x in found
-        ]
-        if rows:
-            print_table(rows)
+        if found:
+            print_table([_row(one) for one in found])
 
 
 def _row(one: Subfolder) -> list[str]:
@@ -65,7 +62,7 @@ def _document(one: Subfolder) -> dict[str, Any]:
 
 
 def _size(count: int) -> str:
-    """Bytes in words; a megabyte is 10^6 of them."""
+    """A number of bytes with its unit; a megabyte is 10^6 bytes."""
     return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count} bytes"
 
 
@@ -74,27 +71,27 @@ EXTRAS = {
     "distributed": ("cluster", "no --scheduler"),
     "heyoka": ("bench", "rigidpend bench does not run; no result needs it"),
 }
-"""Libraries that may be missing: the extra that has each, and what that costs."""
+"""Optional libraries: the extra that has each, and the consequence if it is missing."""
 AGAIN = "every run needs it: python -m pip install --force-reinstall rigidpend"
 
 
 class Finding(NamedTuple):
-    """A line of what is here."""
+    """A line on this machine or installation."""
 
     name: str
     state: str
     note: str = ""
     needed: bool = False
-    """True of what is missing, and no run does without."""
+    """True if something is missing that every run needs."""
 
 
 @click.command("doctor")
 @OUT
 @JSON
 def doctor_command(folder: Path, as_json: bool) -> None:
-    """Print what is installed here, what is missing, and what that costs.
+    """Print what is installed here, what is missing, and the consequences.
 
-    Versions, processors, the cache, and whether results can be written. Ends with 3 where
+    It lists versions, processors, the cache, and whether results can be written. Exit code 3:
     something is missing that every run needs.
 
     \b
@@ -148,6 +145,6 @@ def _folders(results: Path) -> Iterator[Finding]:
 
 
 def _writable(folder: Path) -> bool:
-    """True if files can be made in a folder, or the folder itself where it is not there yet."""
+    """True if files can be made in a folder, or the folder itself if it does not exist."""
     near = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     return near.is_dir() and os.access(near, os.W_OK)

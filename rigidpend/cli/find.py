@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigidpend.routes.symbolic import FoundOrbit
 
 SHOWN = 400
-"""Largest number of characters of an address that the table shows; --json has all."""
+"""Largest number of characters of an address that the table shows; --json shows all."""
 
 
 @click.command("find")
@@ -30,32 +30,32 @@ SHOWN = 400
     required=True,
     multiple=True,
     metavar="CODE",
-    help="Symbols, 0011, or each with its half rotations, 'a 0^11 1^10 1^11'. Given again it is"
-    " one of many codes, of which each orbit is a row.",
+    help="Symbols, 0011, or each with its half rotations, 'a 0^11 1^10 1^11'. May be given"
+    " again: each code then has one row.",
 )
 @click.option(
     "--near",
     metavar="PHASE",
-    help="Of the orbits with the code, the one whose passages take the half rotations of this"
-    " theta2_0 (radians), as far as it has the code: in fig5 00011 begins at 5.5225, and --near"
-    " 1.02 finds the orbit beside 1.02.",
+    help="Choose the orbit with the half rotations of the orbit at this theta2_0 (radians), as far"
+    " as that has the code. Without it fig5 has 00011 at 5.5225; --near 1.02 finds the orbit beside"
+    " 1.02.",
 )
 @click.option(
-    "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 behind the point."
+    "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 after the point."
 )
 @click.option(
     "--decimals",
     type=int,
     metavar="N",
-    help="List all phases with N decimals, 0 to 4, whose orbits have the code: with 2 all of 0.00"
-    " to 6.28 are tried.",
+    help="List all phases with N decimals (0 to 4) whose orbits have the code: N = 2 tries 0.00 to"
+    " 6.28.",
 )
 @click.option(
     "--proof",
     type=FILE,
     metavar="FILE",
-    help="Prove that such an orbit has the whole code, by small sets along it, and write the"
-    " proof: X.orbit.certificate.h5, for certify --check.",
+    help="Prove by small sets along the orbit that one has the whole code, and write the proof,"
+    " X.orbit.certificate.h5; certify --check checks it.",
 )
 @SETTINGS
 @JSON
@@ -76,9 +76,9 @@ def find_command(
     """Find the initial phase whose orbit has a given route code.
 
     NAME is a config with one body, an energy constant h0 and an initial action J1_0, as fig4 and
-    fig5. Where half rotations are not given they are few. Integration of the full equations
+    fig5. Half rotations that are not given are chosen small. Integration of the full equations
     confirms the symbols that the digits determine. Infinitely many orbits have a code: --decimals
-    lists those whose phase is round. Exit code 1: there is no such orbit, and why.
+    lists those with phases of few decimals. Exit code 1: there is no such orbit, with the reason.
 
     \b
     Examples:
@@ -95,20 +95,24 @@ def find_command(
 
     [path, *others] = resolve((name,))
     if others:
-        raise click.UsageError("find is about one config, not all")
+        raise click.UsageError("find takes one config, not all")
     loaded = loading.load(path, settings)
     problem: Any = loaded.content.problem
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
-        raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
+        raise click.UsageError(
+            f"{path}: find needs one body, one h0 and one J1_0, as in fig4 and fig5"
+        )
     given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
     many = len(codes) > 1 or scheduler is not None
     if proof and (decimals is not None or many):
-        raise click.UsageError("--proof is of one orbit, on this machine")
+        raise click.UsageError("--proof proves one orbit of one --code, on this machine")
     if decimals is not None:
         if near is not None:
-            raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
+            raise click.UsageError(
+                "--decimals lists orbits, and --near chooses one: give only one of them"
+            )
         if many:
-            raise click.UsageError("--decimals lists orbits of one code, on this machine")
+            raise click.UsageError("--decimals lists the orbits of one --code, on this machine")
         _list(codes[0], decimals, given, as_json, jobs)
         return
     given |= {"near": near, "digits": digits}
@@ -123,7 +127,7 @@ def find_command(
     if proof:
         from rigidpend.runs import orbit_proofs
 
-        # Asked before a search that may take minutes.
+        # Checked before a search that may take minutes.
         orbit_proofs.prepare(proof)
     with listening(say):
         found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
@@ -162,7 +166,7 @@ def _computed(
 def _found(
     code: str, given: dict[str, Any], done: Callable[[str], object] = tell_nobody
 ) -> dict[str, Any]:
-    """The orbit of a code as plain data, or why there is none; `done` is told the code then."""
+    """The orbit of a code as plain data, or the reason for none; `done` is called afterwards."""
     from rigidpend.routes.symbolic import NoOrbit, find_orbit
 
     try:
@@ -182,7 +186,7 @@ def _row(document: dict[str, Any]) -> tuple[str, str, str]:
 
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
-    """Print the round phases of a code."""
+    """Print the phases of few decimals whose orbits have a code."""
     from rigidpend.machine.workers import listening
     from rigidpend.routes.symbolic import NoOrbit
     from rigidpend.routes.symbolic.follow import round_phases
@@ -191,7 +195,8 @@ def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: 
         found = round_phases(code=code, decimals=decimals, jobs=jobs, **given)
     if not found.theta2_0:
         raise NoOrbit(
-            f"none of the {found.tried} phases with {decimals} decimals has this code: try one more"
+            f"none of the {found.tried} phases with {decimals} decimals has this code: try one"
+            " decimal more"
         )
     addresses = ("outside of the return map" if x is None else str(x) for x in found.addresses)
     rows = list(zip(map(str, found.theta2_0), addresses, strict=True))
@@ -213,9 +218,9 @@ def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
             "first cell, then symbol^half rotations of each passage",
         ),
         ("symbols", str(n), "in the code"),
-        ("fixed", str(found.fixed), "of them, from the first, are determined by these digits"),
+        ("fixed", str(found.fixed), "of them, the first ones, are determined by these digits"),
         ("confirmed", str(found.confirmed), f"of these, by integration in {found.bits} bits"),
-        ("passages", str(found.passages), "of all, each integrated alone, have their symbol"),
+        ("passages", str(found.passages), "of all have their symbol, each integrated alone"),
         ("passage_error", f"{found.passage_error:.2g}", "largest error of their times, t'"),
         ("delay", f"{found.delay:.2g}", "largest difference of crossing times, t'"),
         ("residual", f"{found.residual:.2g}", "where passages meet"),

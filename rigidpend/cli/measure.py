@@ -21,19 +21,21 @@ if TYPE_CHECKING:
 
 @click.command("bench")
 @click.option(
-    "--quick", is_flag=True, help="Small version, under a minute: a trial run, no timing."
+    "--quick",
+    is_flag=True,
+    help="Small version, under a minute, to try it: its times are not measurements.",
 )
 @OUT
 @JSON
 @SETTINGS
-@click.option("--force", is_flag=True, help="Measure even what is up to date.")
+@click.option("--force", is_flag=True, help="Measure even if the result is up to date.")
 def bench_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
 ) -> None:
-    """Measure our methods and others, on this machine.
+    """Measure the times and errors of our methods and of others, on this machine.
 
-    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run goes on
-    where it was.
+    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run continues
+    when called again.
 
     \b
     Examples:
@@ -42,25 +44,25 @@ def bench_command(
     """
     from rigidpend.experiments.bench import report
 
-    # One at a time: whatever runs beside a timing disturbs it.
+    # One at a time, because anything that runs beside a timing disturbs it.
     result = measured("bench", quick, settings, folder, force=force, jobs=1)
     _tell(result, report.tables(result), as_json)
 
 
 @click.command("stress")
-@click.option("--quick", is_flag=True, help="Small version of every kind of trial: a minute.")
+@click.option("--quick", is_flag=True, help="Small version of every kind of trial; takes a minute.")
 @OUT
 @JSON
 @SETTINGS
 @JOBS
-@click.option("--force", is_flag=True, help="Run even what is up to date.")
+@click.option("--force", is_flag=True, help="Run even if the result is up to date.")
 def stress_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], jobs: int, force: bool
 ) -> None:
-    """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
+    """Test long times, extreme bodies, symmetries, and whether symbols called certain are right.
 
-    Writes FOLDER/stress.h5 and stress.png and prints by how much each claim passes. Ends with 1
-    where one fails. An interrupted run goes on where it was.
+    Writes FOLDER/stress.h5 and stress.png and prints the margin of each claim. Exit code 1: a
+    claim failed. An interrupted run continues when called again.
 
     \b
     Examples:
@@ -79,7 +81,7 @@ def stress_command(
 def measured(
     name: str, quick: bool, settings: Sequence[str], folder: Path, *, force: bool, jobs: int
 ) -> Loaded:
-    """Run a measurement unless it is up to date, and draw it; its result."""
+    """Run a measurement unless it is up to date, draw it, and return the result."""
     from rigidpend import render
     from rigidpend.results import store
     from rigidpend.runs import loading, runner
@@ -101,7 +103,7 @@ def measured(
 
 
 def _tell(result: Loaded, tables: Sequence[Table], as_json: bool) -> None:
-    """Print what was measured, and where: as tables, or as data."""
+    """Print measurements with their machine, as tables or as data."""
     machine = result["provenance"]
     if as_json:
         print_json({"machine": machine, "data": result["data"]})

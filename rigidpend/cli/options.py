@@ -1,4 +1,4 @@
-"""Options and arguments that commands share, and what a shell offers for them."""
+"""Options and arguments that commands share, with their completion in a shell."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from click.shell_completion import CompletionItem
 from rigidpend.config import catalogue
 
 NAMED = "NAME|FILE.yaml|RESULT.h5"
-"""Form of the name of a config: known or in a folder, a file of its own, or in a result."""
+"""Forms that name a config: a known name, a file, or a result that contains it."""
 
 
 class NamedPath(click.Path):
-    """Type of an option that names a file or a folder; an empty text is neither."""
+    """Type of an option for a file or a folder; an empty text is refused."""
 
     def __init__(self, *, folder: bool) -> None:
         super().__init__(file_okay=not folder, dir_okay=folder, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not str(value):
-            self.fail(f"expected the name of a {self.name}, got an empty text", param, ctx)
+            self.fail(f"expected the name of a {self.name}, got empty text", param, ctx)
         return super().convert(value, param, ctx)
 
 
 def complete_names(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Offer names of configs, or files where no name begins so."""
+    """Offer names of configs, or files if no name begins with the given text."""
     found = [name for name in ("all", *catalogue.known()) if name.startswith(incomplete)]
     return [*map(CompletionItem, found)] or [CompletionItem(incomplete, type="file")]
 
@@ -76,7 +76,7 @@ JOBS = click.option(
 
 
 def _scheduler(ctx: click.Context, _: click.Parameter, address: str | None) -> str | None:
-    """Refuse an address that no scheduler has; say where its client is absent."""
+    """Refuse an address that no scheduler can have, or any if Dask's client is not installed."""
     if address is not None and not ctx.resilient_parsing:
         from rigidpend.runs import cluster
 
@@ -90,6 +90,6 @@ SCHEDULER = click.option(
     "--scheduler",
     metavar="ADDRESS",
     callback=_scheduler,
-    help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
+    help="Compute on the workers of a Dask scheduler, as at tcp://host:8786 (extra `cluster`).",
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")

@@ -14,7 +14,7 @@ from rigidpend.cli.options import FILE, NAMES, OUT, complete_names
 from rigidpend.config import catalogue
 
 FEW = 3
-"""Figures that are drawn one after the other; more share the processors."""
+"""Largest number of figures that one process draws; more share the processors."""
 
 
 @click.command("render")
@@ -30,12 +30,12 @@ FEW = 3
 )
 @click.option("--force", is_flag=True, help="Draw figures that are up to date as well.")
 def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: bool) -> None:
-    """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
+    """Draw stored results as FOLDER/NAME.png, or a RESULT.h5 as a figure beside it.
 
-    A figure of the same result, drawn by the same code, is kept.
+    A figure that the same code has drawn of the same result is left alone.
 
-    A result that is absent or damaged does not keep the others from being drawn; how to make it is
-    said at the end. Exit code 1: one is damaged; 3: one that was named, or everything, is absent.
+    If a result is absent or damaged, the others are drawn all the same, and advice on making it
+    comes last. Exit code 1: a result is damaged; 3: a named result, or every result, is absent.
 
     \b
     Examples:
@@ -49,7 +49,7 @@ def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: boo
     paths = {folder_of(x, folder) / f"{x.stem}.h5": x for x in catalogue.resolve(names, folder)}
     absent = {source: x for source, x in paths.items() if not os.path.lexists(source)}
     sources = [source for source in paths if source not in absent]
-    # To import what draws takes a process as long as some figures.
+    # In a new process, importing the drawing libraries takes as long as several figures.
     new = sum(force or not source.with_suffix(f".{suffix}").exists() for source in sources)
     jobs = cores() if new > FEW else 1
     drawn = side_by_side(_drawn, (suffix, force), True, sources, jobs)
@@ -62,7 +62,7 @@ def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: boo
 
 
 def _drawn(source: Path, suffix: str, force: bool) -> bool:
-    """Draw a result; where that fails say why."""
+    """Draw a result, or report the failure."""
     from rigidpend import render as drawing
     from rigidpend.machine.files import StoreError
     from rigidpend.machine.workers import check_stop
@@ -79,7 +79,7 @@ def _drawn(source: Path, suffix: str, force: bool) -> bool:
 
 
 def _tell_absent(absent: Mapping[Path, Path], folder: Path) -> None:
-    """Say which results of configs are absent, and the command that makes them."""
+    """Report the configs without results, and the command that makes these."""
     from rigidpend.runs import remedies
 
     known = catalogue.known()
@@ -100,9 +100,9 @@ def _tell_absent(absent: Mapping[Path, Path], folder: Path) -> None:
 def report_command(names: tuple[str, ...], folder: Path, target: Path | None) -> None:
     """Write one page with every result: figures, numbers beside the paper's, provenance.
 
-    With names it has these results only.
+    With names the page has only these results.
 
-    The page needs no other file, no network and no script. Of a result that cannot be shown it
+    The page needs no other file, no network and no script. If a result cannot be shown, the page
     says why, and the exit code is 1.
 
     \b

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from rigidpend.runs.runner import Plan
 
 CLUSTERED = 32
-"""Configs at a time that a cluster computes: each takes a thread here, which waits."""
+"""Number of configs at a time on a cluster: each takes a waiting thread here."""
 LONG = 1.0
-"""Seconds of a config that is worth a process, which takes a third of one to begin."""
+"""Seconds from which a config is worth a process, whose start takes a third of a second."""
 
 
 @dataclass
@@ -36,7 +36,7 @@ class RunOutcome:
     """One of: up to date, planned, computed, failed, interrupted, not run."""
     experiment: str
     reason: str | None = None
-    """The reason for which it is computed."""
+    """The reason to compute it."""
     engine: str | None = None
     config_hash: str | None = None
     code_hash: str | None = None
@@ -54,7 +54,7 @@ class RunOutcome:
 @OUT
 @JOBS
 @SCHEDULER
-@click.option("--force", is_flag=True, help="Compute even what is up to date.")
+@click.option("--force", is_flag=True, help="Compute even if the result is up to date.")
 @click.option(
     "-n", "--dry-run", is_flag=True, help="Only print what would be computed, and the reason."
 )
@@ -80,12 +80,12 @@ def run_command(
     """Compute experiments and store their results.
 
     Results are FOLDER/NAME.h5. NAME is a config's name, a file, or all. A result that is
-    up to date is left alone; an interrupted run is resumed. FOLDER/NAME.log holds the messages
-    of the last run. A result RESULT.h5 in place of a name is computed again where it is, by the
-    config in it.
+    up to date is not computed again; an interrupted run is resumed. FOLDER/NAME.log has the
+    messages of the last run. A RESULT.h5 in place of a name is computed again where it is, from
+    the config in it.
 
-    With --sweep there is a result for each combination of values, side by side as far as --jobs
-    goes; its name tells them: FOLDER/fig4_mu=1e-3.h5.
+    With --sweep there is a result for each combination of values, computed in parallel as far as
+    --jobs allows; its name contains them: FOLDER/fig4_mu=1e-3.h5.
 
     With --json stdout has, for each config, its status, reason, file, seconds and error.
 
@@ -132,12 +132,12 @@ def run_command(
 
 
 def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
-    """Refuse configs of two files whose results would have one place."""
+    """Refuse two config files whose results would have the same path."""
     first: dict[str, tuple[Path, Path]] = {}
     for target, path in named:
         known, twin = first.setdefault(str(target).casefold(), (target, path))
         if twin != path:
-            same = "" if known == target else ", for some systems do not tell capitals"
+            same = "" if known == target else ", because some systems ignore case"
             where = f"would both be stored as {target.name}.h5{same}"
             raise click.UsageError(f"{twin} and {path} {where}")
 
@@ -156,23 +156,23 @@ def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: flo
 
 @dataclass
 class Runs:
-    """Configs that are planned one by one, then computed side by side: here or by a cluster."""
+    """Configs that are planned one by one, then computed in parallel, here or by a cluster."""
 
     jobs: int
-    """Threads in all."""
+    """Number of threads for all configs together."""
     scheduler: str | None
     """Address of a cluster; None for this machine."""
     keep_going: bool
     outcomes: list[RunOutcome] = field(default_factory=list)
     waiting: list[tuple[Plan, RunOutcome]] = field(default_factory=list)
-    """Those that are to be computed."""
+    """Configs that are still to be computed."""
     expected: dict[str, float] = field(default_factory=dict)
-    """Seconds that it takes, by name, as far as they are known."""
+    """Expected seconds of a config, by name, as far as they are known."""
     code: int = DONE
     """Worst exit code so far."""
 
     def plan(self, config: LoadedConfig, folder: Path, force: bool) -> None:
-        """Decide whether a config is to be run."""
+        """Decide whether to run a config, and note the decision."""
         from rigidpend.runs import runner
 
         outcome = RunOutcome(config.name, "up to date", config.experiment)
@@ -194,9 +194,9 @@ class Runs:
                 self.expected[config.name] = cost
 
     def at_once(self, files: int) -> int:
-        """Number of configs side by side: of several files so many that none outlasts all others.
+        """Number of configs at a time: for several files so many that none outlasts all others.
 
-        Short ones go one after the other, each with all threads. A cluster takes them as they come.
+        Short configs run one after the other, each with all threads. A cluster takes all in turn.
         """
         most = CLUSTERED if self.scheduler else self.jobs
         if files > 1 and not self.scheduler:
@@ -206,13 +206,13 @@ class Runs:
         return min(len(self.waiting), most)
 
     def compute(self, at_once: int, shown: Progress, logs: Logs) -> None:
-        """Compute what is planned, so many configs at a time."""
+        """Compute the planned configs, `at_once` at a time."""
         from rigidpend.machine import workers
 
         for _, outcome in self.waiting:
             outcome.status = "not run"
         if at_once > 1:
-            # What is long and begins last would end alone.
+            # Longest first: a long config that begins last would run alone at the end.
             self.waiting.sort(key=lambda pair: -self.expected.get(pair[1].name, 0.0))
         given = at_once, shown, logs
         workers.side_by_side(self._follow, given, False, self.waiting, at_once)
@@ -230,6 +230,7 @@ class Runs:
             logs.hear(name, text)
             shown.hear(name, text)
 
+        # Stays if a signal ends this thread before the config is computed or has failed.
         outcome.status = "interrupted"
         try:
             self._by_its_means(planned, at_once, hear)
@@ -250,7 +251,7 @@ class Runs:
         from rigidpend.runs import runner
 
         jobs = max(1, self.jobs // at_once)
-        # Most of a long run is Python's own work, which holds the interpreter.
+        # A long run is mostly Python code, which holds the interpreter's lock.
         apart = at_once > 1 and self.expected.get(planned.config.name, 0.0) > LONG
         if self.scheduler or not apart:
             runner.follow(planned, jobs, hear, self.scheduler)
@@ -258,14 +259,14 @@ class Runs:
         try:
             workers.apart(runner.follow, (planned, jobs), hear)
         except BaseException:
-            # A process that is ended may have been writing.
+            # The process may have been ended while it was writing.
             files.sweep(planned.target, least=0.0)
             raise
 
     def _failed(
         self, outcome: RunOutcome, error: Exception, log: Callable[[BaseException], Path] | None
     ) -> str:
-        """Note that a config failed, and of what."""
+        """Note and report the failure of a config."""
         self.code = max(self.code, exit_code(error))
         outcome.status, outcome.error = "failed", sentence(error, log)
         return outcome.error

@@ -20,11 +20,11 @@ from rigidpend.config import catalogue
 def list_command(folder: Path, as_json: bool) -> None:
     """List the configs that can be named, with the state of their results.
 
-    Name, experiment, status of the result and what is uncertain in it, by the folder of the
-    config. Results without a config come last: each can be named as well.
+    Each line has name, experiment, status of the result and the count of uncertain symbols,
+    grouped by the folder of the config. Results without a config come last: they can be named too.
 
-    What a config in configs/measure/ measures depends on this machine and takes minutes: it is
-    run by its name, not by all; so are configs in this folder, and results.
+    Configs in configs/measure/ measure this machine for minutes. They are run by name only, and
+    not by all, as are configs in the current folder, and results.
 
     \b
     Examples:
@@ -42,11 +42,11 @@ def list_command(folder: Path, as_json: bool) -> None:
 
 
 def _named(folder: Path) -> list[tuple[str, Path]]:
-    """Names with their files: configs that are known, those in this folder, then results."""
+    """Names with their files: known configs, those in the current folder, then results."""
     from rigidpend.runs.certificate_files import results_in
 
     by_name = {**catalogue.known(), **catalogue.own()}
-    # Folders of what `all` includes first, then those of what is run by its name.
+    # Folders of configs that `all` includes first, then configs that are run by name only.
     files = sorted(by_name.values(), key=lambda path: not catalogue.in_all(path))
     places = list(dict.fromkeys(path.parent for path in files))
     stray = ((path.stem, path) for path in results_in(folder) if path.stem not in by_name)
@@ -54,7 +54,7 @@ def _named(folder: Path) -> list[tuple[str, Path]]:
 
 
 def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
-    """The entry of a result; a bad config or a damaged result does not hide the others."""
+    """The entry of a config or result; an error in it must not hide the other entries."""
     from rigidpend.runs import loading, runner
 
     told: dict[str, Any] = {"name": name, "experiment": None}
@@ -75,7 +75,7 @@ def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
 
 def _row(entry: dict[str, Any]) -> list[str]:
     status, reason = entry["status"], entry["reason"]
-    # Of a config with many faults the first line; `describe` has them all.
+    # Only the first line of many complaints about a config; `describe` shows all of them.
     said = f"{status}: {reason.splitlines()[0]}" if reason else status
     doubt = f"; {entry['doubt']}" if entry["doubt"] else ""
     by_name = " (by name only)" if entry["config"].parent.name == catalogue.MEASURE else ""
@@ -90,8 +90,8 @@ def _row(entry: dict[str, Any]) -> list[str]:
 def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:
     """Print the parameters of a config, and what follows from them by the paper's theory.
 
-    With --resolved it is the config itself, every default and every setting in its place: a
-    file that gives the same result. NAME may be all, but not with --resolved.
+    With --resolved it prints the config itself, with every default and every setting in its
+    place: a file that gives the same result. NAME may be all, but not with --resolved.
 
     \b
     Examples:

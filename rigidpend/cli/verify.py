@@ -21,12 +21,13 @@ from rigidpend.machine import progress
 @click.option(
     "--reference",
     type=FOLDER,
-    help="Folder of the stored results; results/reference, and the package's for what lacks there.",
+    help="Folder of the stored results. If not given: results/reference, or the package's for"
+    " references missing there.",
 )
 @click.option(
     "--results",
     type=FOLDER,
-    help="Read the results to be compared in this folder, rather than compute them.",
+    help="Compare the results in this folder, rather than compute them.",
 )
 @SETTINGS
 @JSON
@@ -41,14 +42,13 @@ def verify_command(
 ) -> None:
     """Compute experiments again, all if none is named, and compare with stored results.
 
-    Values are compared, not bytes: symbols and texts exactly where they are certain, numbers
-    to what their experiment's arithmetic explains, and also what the files consist of, but not
-    where and when they were made. Symbols that a certificate beside the compared result proves
-    must be as proven. The exit code is 1 where something differs, 3 where there is nothing to
-    compare with.
+    Values are compared, not bytes: certain symbols and texts exactly, numbers within the bounds
+    that their experiment declares, and also the structure of the files, but not where and when
+    they were made. Symbols must agree with a certificate beside the compared result. Exit code 1:
+    something differs; 3: there is nothing to compare with.
 
-    With --set other numerics are held against the stored result, as another engine. Two results of
-    a problem of one's own are compared by the file of one and the folder of the other.
+    With --set other numerics are compared with the stored result, such as another engine. To
+    compare two results of your own problem, give the file of one and the folder of the other.
 
     \b
     Examples:
@@ -74,7 +74,7 @@ def verify_command(
             display.clear()
             if not as_json:
                 _tell(found[-1])
-    # Where everything is compared, a reference that no config makes is a difference as well.
+    # If everything is compared, a reference without a config is a difference too.
     known = {path.stem for path in paths}
     strays = [x for x in results_in(folders[0]) if everything and x.stem not in known]
     same = not strays and all(one["same"] for one in found)
@@ -87,9 +87,9 @@ def verify_command(
 
 
 def references() -> list[Path]:
-    """Folders of the references: here, of the checkout, and as installed with the package."""
+    """Folders of the references: here, in the checkout, and installed with the package."""
     known = (REFERENCES, PACKAGE.parent / REFERENCES, PACKAGE / "reference")
-    # The first is where one's own are made, if there are none yet.
+    # The first is always listed: it is where new references would be made.
     return [folder for folder in known if folder == REFERENCES or folder.is_dir()]
 
 
@@ -108,14 +108,14 @@ def _compared(
     from rigidpend.runs import loading, regression, remedies
 
     loaded = loading.load(path, settings)
-    # The first folder's that is there; the first folder's if none is.
+    # The first folder that has the reference counts, or the first folder if none has it.
     places = [path] if path.suffix == ".h5" else [each / f"{loaded.name}.h5" for each in folders]
     stored = next(filter(Path.exists, places), places[0])
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": stored, "same": False}
     outcome |= {"absent": False, "error": None, "differences": []}
     try:
-        # The certificate of what is read, if results are given; else that of the reference.
+        # The certificate beside the result that is read, or else that beside the reference.
         proof = storage.beside(read or stored)
         given: Any = {"jobs": jobs, "report": hear}
         found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
@@ -133,11 +133,11 @@ def _compared(
 
 
 def _parts(difference: Any) -> dict[str, Any]:
-    """Convert a difference to plain data; values that JSON does not know become words."""
+    """Convert a difference to plain data; values that JSON does not know become text."""
     from rigidpend.experiments.compare import shown
 
     told = {"said": str(difference)}
-    # An experiment may say a difference in a mere sentence.
+    # A difference may also be a plain sentence without parts.
     if hasattr(difference, "place"):
         values = {"stored": difference.stored, "computed": difference.computed}
         told |= {"place": difference.place, **{k: shown(x) for k, x in values.items()}}
@@ -159,7 +159,7 @@ def _tell(outcome: dict[str, Any]) -> None:
 @click.command("reference")
 @click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete_names)
 @click.option(
-    "--reason", default="", help="Reason for the renewal; kept in the file, after earlier ones."
+    "--reason", default="", help="Reason for the renewal; the file keeps it, after earlier ones."
 )
 @click.option(
     "--reference",
@@ -179,7 +179,7 @@ def reference_command(names: tuple[str, ...], reason: str, folder: Path, jobs: i
     """
     from rigidpend.runs import loading, regression
 
-    # Not `required` of the option, for blanks are no reason either.
+    # Checked here, and not by `required` of the option, because blanks are no reason either.
     if not reason.strip():
         raise click.UsageError("a reference is renewed for a reason: give it with --reason")
     paths = resolve(names or ("all",))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class UnweightedBody(Part):
-    """A body whose weight is given elsewhere, or is none."""
+    """A body whose weight is zero or given elsewhere."""
 
     A: Moments
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
@@ -38,7 +38,7 @@ class UnweightedBody(Part):
 
     @model_validator(mode="after")
     def _conditions(self) -> Self:
-        # Body has the conditions that join fields; they are tried, not written once more.
+        # Body itself checks the conditions that join fields: making one repeats none of them here.
         _ = self.body
         return self
 
@@ -66,7 +66,7 @@ class RouteStart(HeavyBody):
 
     @functools.cached_property
     def routes(self) -> RouteProblem:
-        """Checked start, as the route codes take it."""
+        """The checked problem of route codes with this start."""
         from rigidpend.routes.problem import RouteProblem
 
         return RouteProblem(self.body, self.h0, self.J1_0, self.n_symbols)
@@ -78,7 +78,7 @@ class RouteStart(HeavyBody):
 
 
 def one_of(field: str, what: str, value: Any, known: Collection[Any]) -> None:
-    """Refuse a value of a field that is none of those that the config gives."""
+    """Refuse a value of a field that is not among those that the config gives."""
     if value not in known:
         said = ", ".join(map(str, known))
         raise ParameterError(field, f"no such {what}: {value} (known: {said})")
@@ -98,12 +98,12 @@ Weights = Annotated[
 
 
 class WeightedBodies(Part):
-    """Bodies, each with all of the weights, at one energy."""
+    """Bodies at one energy, each with every weight."""
 
     h0: Number
     """Energy of the orbits, h0 > mu, dimensionless."""
     mu: Weights
-    """Weights times the distance of the centre of gravity, ascending from above 0, physical."""
+    """Weights times the distance of the centre of gravity, ascending, above 0, physical."""
     bodies: Annotated[dict[Word, UnweightedBody], Field(min_length=1, max_length=26)]
     """Named bodies; physical units."""
 
@@ -113,32 +113,32 @@ class WeightedBodies(Part):
 
         check_energy("h0", self.h0, self.mu[-1])
         if not (self.mu[0] / self.h0).at(53) > LEAST:
-            message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
+            message = f"mu = {self.mu[0]} is below {LEAST} h0, too small for doubles"
             raise ProblemError("mu", message)
         return self
 
 
 MOST = 100_000
-"""Cells along an axis at most."""
+"""Largest number of cells along an axis."""
 ENDS = Field(ge=2, le=MOST)
 Range: TypeAlias = tuple[Number, Number]
 
 
 class Axis(Part):
-    """The cells of an axis, side by side between two ends."""
+    """Adjacent cells of an axis between two ends."""
 
     ends: Range
     """The ends, ascending; radians, the decadic logarithm, or dimensionless."""
     count: Annotated[Whole, ENDS]
-    """Number of cells; each stands for its middle."""
+    """Number of cells; each is computed at its middle."""
 
     def within(self, ends: Range) -> Axis:
-        """As many cells between other ends."""
+        """The same number of cells between other ends."""
         return Axis.model_construct(ends=ends, count=self.count)
 
     @property
     def values(self) -> Array:
-        """The middles of the cells, doubles."""
+        """The middles of the cells, as doubles."""
         import numpy as np
 
         low, high = map(float, self.ends)
@@ -151,7 +151,7 @@ class Axis(Part):
 
 
 def distinct(axis: Axis, field: str) -> None:
-    """Refuse an axis whose cells doubles do not tell apart."""
+    """Refuse an axis with cells that doubles cannot distinguish."""
     low, high = map(float, axis.ends)
     finest = 16 * math.ulp(max(abs(low), abs(high)))
     if not low < high:

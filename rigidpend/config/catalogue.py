@@ -1,4 +1,4 @@
-"""Catalogue of the configs that can be named; shells complete names by it, so nothing is heavy."""
+"""Catalogue of the configs that can be named; light, because shells complete names by it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 MEASURE = "measure"
 """Folder of configs that measure this machine for minutes; `all` leaves them out."""
 NAMING, LOOKED_AT = re.compile(rb"^experiment *:", re.MULTILINE), 10_000
-"""The key that every config has, and how many bytes of a file are searched for it."""
+"""The key that every config has, and the number of bytes of a file that are searched for it."""
 PACKAGE = Path(__file__).resolve().parents[1]
 """Folder of the package, in a checkout or as installed."""
 RESULTS = Path("results")
-"""Folder of results where none is given."""
+"""Default folder of results."""
 REFERENCES = RESULTS / "reference"
-"""Folder of references where none is given."""
+"""Default folder of references."""
 
 
 SUFFIXES = (".yaml", ".yml", ".h5")
@@ -30,7 +30,7 @@ def folders() -> list[Path]:
 
 
 def shipped() -> list[Path]:
-    """Files of the configs that come with the package; they alone make the paper's figures."""
+    """Files of the configs that come with the package; only they make the paper's figures."""
     candidates = (PACKAGE.parent / "configs", PACKAGE / "configs")
     return sorted(file for folder in candidates for file in folder.glob("*.yaml"))
 
@@ -45,16 +45,16 @@ def known() -> dict[str, Path]:
 
 
 def own() -> dict[str, Path]:
-    """Map names to the configs that lie in this very folder, other than those of `known`."""
+    """Map names to the configs in the current folder, other than those of `known`."""
     paths = [path for path in sorted(Path().glob("*.y*ml")) if _is_config(path)]
     others = known() if paths else {}
     return {path.stem: path for path in paths if path.stem not in others}
 
 
 def _is_config(path: Path) -> bool:
-    """True if a file can be read and has near its beginning the key that every config has."""
+    """True if a file is readable and has, near its beginning, the key that every config has."""
     try:
-        # A device or a pipe might never end.
+        # Reading a device or a pipe might never end.
         if not path.is_file():
             return False
         with path.open("rb") as file:
@@ -69,10 +69,10 @@ def in_all(path: Path) -> bool:
 
 
 def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
-    """Find the files that are meant by names, by paths, or by `all`; each once, in order.
+    """Find the files meant by names, by paths, or by `all`; each once, in order.
 
-    A name stands for a config that is known, for one in this folder, or for a result stored in
-    the folder of results. All names that are wrong are told at once.
+    A name stands for a known config, for one in the current folder, or for a result stored in the
+    folder of results. One error lists all wrong names.
     """
     by_name = known()
     paths: list[Path] = []
@@ -93,12 +93,12 @@ def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
     if path.suffix in SUFFIXES:
         if path.is_file():
             return path
-        # A device or a pipe might never end.
+        # Reading a device or a pipe might never end.
         message = "not a file" if path.exists() else "there is no such file"
         raise ConfigError.of(Origin(name), "a folder, not a file" if path.is_dir() else message)
     if name in by_name:
         return by_name[name]
-    # Of the folder itself, as of nothing, there is no name.
+    # A path such as "." has no name to which a suffix could be added.
     for suffix in SUFFIXES[:2] if path.name else ():
         if (candidate := path.with_name(f"{path.name}{suffix}")).is_file():
             return candidate

@@ -10,11 +10,11 @@ from typing import TypeAlias
 from rigidpend.machine.wording import plain
 
 MAX_SHOWN = 20
-"""Number of complaints that are shown; the rest are counted."""
+"""Largest number of complaints that are shown; the rest are counted."""
 MAX_MESSAGE = 300
-"""Number of characters of a message that are shown."""
+"""Largest number of characters of a message that are shown."""
 MAX_LINE = 160
-"""Number of characters of a source line that are shown."""
+"""Largest number of characters of a source line that are shown."""
 
 Place: TypeAlias = tuple[str | int, ...]
 """Keys and indices from the root to a value."""
@@ -40,7 +40,7 @@ class Origin:
         """The source line with a caret under the place; empty for an option."""
         if self.line is None or self.column is None or not self.text.strip():
             return ""
-        # Of a long line the part around the place, so that the caret is never outside.
+        # A long line is cut around the place, so that the caret is never outside.
         first = max(0, self.column - 1 - MAX_LINE // 2) if len(self.text) > MAX_LINE else 0
         shown = plain(self.text[first : first + MAX_LINE], MAX_LINE)
         before = shown[: self.column - 1 - first]
@@ -55,7 +55,7 @@ class Complaint:
     place: Place
     message: str
     configs: tuple[str, ...] = ()
-    """Names of the configs that an option does not fit, where it fits others."""
+    """Names of the configs that an option does not fit, if it fits others."""
 
     def __str__(self) -> str:
         place = ".".join(map(str, self.place))
@@ -78,12 +78,12 @@ class ConfigError(ValueError):
 
     @classmethod
     def of(cls, origin: Origin, message: str, place: Place = ()) -> ConfigError:
-        """The error of a single complaint."""
+        """Make an error with a single complaint."""
         return cls([Complaint(origin, place, message)])
 
 
 def meant(word: str, known: Iterable[str], cutoff: float = 0.5) -> str:
-    """Suggest a known word for one that is not known, if one is close."""
+    """Suggestion of a known word that is close to an unknown one; empty if none is."""
     close = closest(word, known, cutoff)
     return f"; did you mean {close}?" if close else ""
 
@@ -98,7 +98,7 @@ def closest(word: str, known: Iterable[str], cutoff: float) -> str:
 
 
 def _blank(character: str) -> str:
-    """Blank as wide as a character, to place the caret under the next."""
+    """Blank as wide as a character, to place the caret below the following one."""
     if character == "\t":
         return character
     return "  " if unicodedata.east_asian_width(character) in "WF" else " "

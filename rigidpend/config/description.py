@@ -20,12 +20,12 @@ class Row(NamedTuple):
     value: str
     meaning: str
     number: float | Sequence[float] | None = None
-    """The value as a number, or a list of numbers, where it is that."""
+    """The value as a number or list of numbers; None if it is neither."""
 
 
 def number_row(name: str, meaning: str, *numbers: float | Exact) -> Row:
-    """A row of one or several numbers, exact ones as they were written; doubles for programs."""
-    # A zero has no sign for a reader.
+    """A row of one or several numbers: exact ones as written for people, doubles for programs."""
+    # Adding 0.0 removes the sign of a negative zero.
     values = [x if isinstance(x, int) else float(x) + 0.0 for x in numbers]
     pairs = zip(numbers, values, strict=True)
     written = ", ".join(str(x) if isinstance(x, Exact) else repr(value) for x, value in pairs)
@@ -36,7 +36,7 @@ def number_row(name: str, meaning: str, *numbers: float | Exact) -> Row:
 def asked(part: Part, apart: Sequence[str] = ()) -> Iterator[Row]:
     """A row for each key of a part of a config: its value as written, its meaning and unit.
 
-    A section that is nothing but its keys has a row for each of them; those apart have none.
+    A section without a meaning of its own has a row for each of its keys; keys `apart` have none.
     """
     from rigidpend.config.schema import WRITTEN, comment
 
@@ -62,7 +62,7 @@ def _text(written: Any) -> str:
 
 
 def derived_rows(body: Body) -> list[Row]:
-    """Rows of what follows from a body's parameters."""
+    """Rows of quantities that follow from a body's parameters."""
     special = ", ".join(body.special_cases) or "none"
     theta1 = separatrix_theta1(body.alpha0, body.beta0)
     return [

@@ -17,15 +17,15 @@ from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.expressions import named
 
 INDEXED = re.compile(r"\[(\w+)\]")
-"""An index as other languages write it."""
+"""An index in brackets, as other languages write it."""
 MOST = 1000
 """Most results of one sweep."""
 LONGEST = 150
-"""Characters of a name at most, which leaves room for what is added to it in files."""
+"""Largest number of characters of a name, which leaves room for suffixes of files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
-"""Form of a name: no blank, no slash, and no point or dash at its beginning."""
+"""Form of a name: no blank, no slash, and no dot or dash at its beginning."""
 IN_NAMES = str.maketrans({"/": "over", "*": "x", " ": "", "[": "", "]": "", "(": "", ")": ""})
-"""Stand-ins in names of files for what numbers are written with."""
+"""Replacements in file names for characters of numbers."""
 FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
 """Complaint about an option of another form."""
 
@@ -50,10 +50,10 @@ def override(document: Document, setting: str, origin: Origin) -> None:
     indexed = INDEXED.sub(r".\1", path)
     if indexed != path:
         raise ConfigError.of(origin, f"an entry of a list is written {indexed}={written}")
-    # The reader's bound, which a setting would pass by: recursion follows the depth.
+    # A setting must obey the reader's bound too, because recursion follows the depth.
     if path.count(".") >= MAX_DEPTH:
         raise ConfigError.of(origin, f"more than {MAX_DEPTH} keys inside each other")
-    # Nothing is no value, and not YAML's null either.
+    # An empty text is a missing value here, where YAML would read null.
     value = reader.value(written, origin) if written else ""
     place: Place = ()
     holder = document.tree
@@ -61,7 +61,7 @@ def override(document: Document, setting: str, origin: Origin) -> None:
     for word in outer:
         key = _key(holder, word, place, origin)
         place = (*place, key)
-        # A part that the file leaves out is made.
+        # A section that the file leaves out is created.
         if isinstance(holder, dict) and key not in holder:
             holder[key] = {}
             document.keys[place] = document.values[place] = origin
@@ -69,7 +69,7 @@ def override(document: Document, setting: str, origin: Origin) -> None:
     key = _key(holder, last, place, origin)
     holder[key] = value
     place = (*place, key)
-    # What the file said at this place and below is gone: complaints go to the option.
+    # The file's values at and below this place are replaced: complaints go to the option.
     for origins in (document.keys, document.values):
         for old in [old for old in origins if old[: len(place)] == place]:
             del origins[old]
@@ -86,7 +86,7 @@ def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
 
 
 def option(text: str) -> Sweep:
-    """Read an option ``KEY=VALUE,VALUE``, and write each value as a setting has it."""
+    """Read an option ``KEY=VALUE,VALUE``; each value is written as in a setting."""
     origin = Origin(f"--sweep {text}")
     key, equals, values = text.partition("=")
     if not equals or not all(key.split(".")):
@@ -104,8 +104,8 @@ def option(text: str) -> Sweep:
 def variants(sweeps: Sequence[Sweep]) -> dict[str, list[tuple[str, Origin]]]:
     """Settings ``KEY=VALUE`` of every combination of the values, each with its sweep's origin.
 
-    They stand by the ending of the result's name, which is empty where nothing is swept; the last
-    key's values change first.
+    Keys are the endings of the results' names; without sweeps there is one, the empty text. The
+    last key's values change fastest.
     """
     origin = Origin("sweep")
     keys = [sweep.key for sweep in sweeps]
@@ -129,14 +129,14 @@ def variants(sweeps: Sequence[Sweep]) -> dict[str, list[tuple[str, Origin]]]:
 
 
 def ending(pairs: Sequence[tuple[str, str]]) -> str:
-    """Ending of a name that tells values by their keys."""
+    """Ending of a name with values and their keys, as ``_mu=1e-3``."""
     short = short_names([key for key, _ in pairs])
     values = (value.translate(IN_NAMES) for _, value in pairs)
     return "".join(f"_{name}={value}" for name, value in zip(short, values, strict=True))
 
 
 def check_name(name: str, origin: Origin) -> None:
-    """Refuse a name of a result that cannot be one of a file."""
+    """Refuse a name of a result that cannot be the name of a file."""
     formed = isinstance(name, str) and NAME.fullmatch(name) and len(name) <= LONGEST
     if not formed or name == "all":
         message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
@@ -145,30 +145,30 @@ def check_name(name: str, origin: Origin) -> None:
 
 
 def check_free(name: str, origin: Origin) -> None:
-    """Refuse a name that is no text that a result can keep, or that of a certificate."""
+    """Refuse a name that a result cannot store as text, or that a certificate has."""
     if name != name.encode("utf-8", "replace").decode():
         raise ConfigError.of(origin, "the name of the file is not text in UTF-8: rename the file")
     if name.casefold().endswith(CERTIFICATE):
-        taken = f"what ends in {CERTIFICATE} is the proof of a result"
+        taken = f"names that end in {CERTIFICATE} are kept for proofs"
         raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
 
 
 def in_one_line(node: Any) -> str:
-    """Write plain data as YAML in one line, numbers with the fewest digits that give them back."""
-    # Of NumPy's arrays and numbers, which are imported by whoever gives them.
+    """Write plain data as YAML in one line, numbers with the fewest digits that reproduce them."""
+    # Arrays and numbers of NumPy have `tolist`; NumPy itself need not be imported.
     node = node.tolist() if hasattr(node, "tolist") else node
     if isinstance(node, Mapping):
         return "{" + ", ".join(f"{key}: {in_one_line(x)}" for key, x in node.items()) + "}"
     if isinstance(node, list | tuple):
         return f"[{', '.join(map(in_one_line, node))}]"
-    # YAML has its own words for these three.
+    # YAML writes true, false and null differently from Python.
     return str(node).lower() if isinstance(node, bool) else "null" if node is None else str(node)
 
 
 def short_names(keys: Sequence[str]) -> list[str]:
-    """Keys without their section; the whole key where two would be alike.
+    """Keys without their section, or whole keys where two would be equal.
 
-    So no name depends on what else is swept, and no result takes the place of another key's.
+    So a name depends on no other swept key, and results of different keys have different names.
     """
     short = [key.partition(".")[2] or key for key in keys]
     return [name if short.count(name) == 1 else key for name, key in zip(short, keys, strict=True)]

@@ -18,15 +18,15 @@ import yaml
 from rigidpend.config.complaints import ConfigError, Origin, Place
 
 MAX_BYTES = 200_000
-"""Size of a file at most; the largest shipped config has under two thousand."""
+"""Largest size of a file; the largest shipped config has under two thousand bytes."""
 MAX_VALUES = 10_000
-"""Most values in a config, so that any is read and checked within about a second."""
+"""Most values in a config, so that any config is read and checked within about a second."""
 MAX_DEPTH = 32
 """Deepest nesting: configs need five levels, and recursion stays far from Python's limit."""
 MAX_SCALAR = 10_000
-"""Characters of a value at most, beyond any number that `numbers` reads."""
+"""Most characters of a value, more than any number that `numbers` reads."""
 WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
-"""Words that are no texts where they are not quoted, as in YAML 1.2."""
+"""Words that are not texts unless they are quoted, as in YAML 1.2."""
 
 
 @dataclass
@@ -39,8 +39,8 @@ class Document:
     values: dict[Place, Origin] = field(default_factory=dict)
 
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
-        """Origin of a value, or of the nearest thing around it that was written."""
-        # A section of which an option changed a part is complained about at that option.
+        """Origin of a value, or of the nearest enclosing value that was written."""
+        # If an option changed a part of a section, complaints about the section name the option.
         for changed, origin in self.values.items():
             if origin.line is None and changed[: len(place)] == place:
                 return origin
@@ -49,7 +49,7 @@ class Document:
         for length in range(len(place), 0, -1):
             near = place[:length]
             if near in self.values:
-                # A missing entry is shown at the key that should hold it.
+                # A missing entry is shown at the key that should contain it.
                 held = length < len(place) and near in self.keys
                 return self.keys[near] if held else self.values[near]
         return self.values.get((), Origin(self.source))
@@ -61,9 +61,9 @@ def read(path: Path) -> Document:
 
 
 def parse(text: str, source: str) -> Document:
-    """Read YAML text; `source` names it in messages. ConfigError says what is refused first."""
+    """Read YAML text; `source` names it in messages. ConfigError reports the first refusal."""
     document = Document(source)
-    # YAML's idea of a line's end, so that marks and lines agree.
+    # Split at the line ends that YAML knows, so that its line numbers fit.
     reader = _Reader(document, re.split("\r\n|[\n\r\x85\u2028\u2029]", text))
     try:
         document.tree = reader.document(yaml.parse(text, Loader=yaml.SafeLoader))
@@ -79,7 +79,7 @@ def parse(text: str, source: str) -> Document:
 
 
 def value(text: str, origin: Origin) -> Any:
-    """Read YAML that an option gives; what is refused is said of the option as a whole."""
+    """Read the YAML of an option; refusals name the option as a whole."""
     try:
         return parse(text, origin.source).tree
     except ConfigError as error:
@@ -88,11 +88,11 @@ def value(text: str, origin: Origin) -> Any:
 
 
 def _reason(error: yaml.MarkedYAMLError) -> str:
-    """Reason that a text is no YAML, with the line in which what is not closed was begun."""
+    """Reason that a text is no YAML, with the line where an unclosed part began."""
     reason, begun, found = str(error.problem), error.context_mark, error.problem_mark
     if "'\\t'" in reason:
-        return f"{reason}: write blanks in the place of the tab"
-    # An indentation that does not fit tells by itself what is wrong.
+        return f"{reason}: write spaces in place of the tab"
+    # For wrong indentation the beginning of the block would explain nothing.
     if not begun or not found or begun.line == found.line or "block" in str(error.context):
         return reason
     return f"{reason}, {error.context} that begins in line {begun.line + 1}"
@@ -101,13 +101,13 @@ def _reason(error: yaml.MarkedYAMLError) -> str:
 def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:
-            # One byte more tells that a file is too large, without reading it to its end.
+            # One byte more than allowed shows that a file is too large, without reading all of it.
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
         reason = f"cannot be read: {error.strerror or error}"
         raise ConfigError.of(Origin(str(path)), reason) from None
     if len(raw) > MAX_BYTES:
-        message = f"larger than {MAX_BYTES} bytes, which no config is"
+        message = f"larger than {MAX_BYTES} bytes, the most that a config may have"
         raise ConfigError.of(Origin(str(path)), message)
     try:
         return raw.decode("utf-8")
@@ -152,7 +152,7 @@ class _Reader:
             if not isinstance(event, yaml.ScalarEvent) or not event.value.isprintable():
                 self.stop(event.start_mark, place, "a key must be a plain word")
             inner = (*place, event.value)
-            # YAML would let the last one win, without a word.
+            # In YAML the last of equal keys would win silently.
             if event.value in entries:
                 said = f"given twice, first at {self.target.keys[inner]}"
                 self.stop(event.start_mark, inner, said)
@@ -171,23 +171,23 @@ class _Reader:
         return Origin(self.target.source, mark.line + 1, mark.column + 1, text)
 
     def stop(self, mark: Any, place: Place, message: str) -> NoReturn:
-        """Refuse what is at a mark, and with it the document."""
+        """Refuse the document, for the content at a mark."""
         origin = self.origin(mark) if mark else Origin(self.target.source)
         raise ConfigError.of(origin, message, place)
 
 
 def _refused(event: Any) -> str:
-    """Reason for which a node is refused; empty where it is read."""
+    """Reason to refuse a node; empty if it is accepted."""
     if isinstance(event, yaml.AliasEvent) or event.anchor:
-        return "anchors and aliases are not read: write it out"
-    # Tags choose types, which are the schema's to choose.
+        return "anchors and aliases are not allowed: write the value out"
+    # Tags choose types, but types are the schema's choice.
     if event.tag is not None:
-        return f"the tag {event.tag} is not read"
+        return f"the tag {event.tag} is not allowed"
     value = getattr(event, "value", "")
     if len(value) > MAX_SCALAR:
-        return f"a value of {len(value)} characters: at most {MAX_SCALAR} are read"
-    # YAML's escapes can write what moves a cursor, or half of a
-    # surrogate pair, which no file holds.
+        return f"a value of {len(value)} characters: at most {MAX_SCALAR} are allowed"
+    # By YAML's escapes a text could contain control characters, or half of a
+    # surrogate pair, which no file can store.
     if any(
         (x < " " and x not in "\t\n") or "\x7f" <= x < "\xa0" or "\ud800" <= x < "\ue000"
         for x in value
@@ -197,5 +197,5 @@ def _refused(event: Any) -> str:
 
 
 def _scalar(event: Any) -> str | bool | None:
-    """Text of a scalar as written, or what a word of `WORDS` means."""
+    """Text of a scalar as written, or the value of a word of `WORDS`."""
     return event.value if event.style else WORDS.get(event.value, event.value)

@@ -1,6 +1,6 @@
 """Shared parts of the experiments' schemas: numbers, bodies, grids of phases, numerics.
 
-A config has two parts: `problem` says what is computed, `numerics` how well. Numbers are kept
+A config has two parts: `problem` says what is computed, `numerics` how accurately. Numbers are
 exact, as written. Unknown keys are errors, and a schema declares only what its experiment reads.
 """
 
@@ -49,9 +49,9 @@ if TYPE_CHECKING:
 ENGINES = ("auto", "taylor", "scipy")
 """Words for an engine in a config."""
 WRITTEN = "as written"
-"""Context of a dump in which numbers and words are as a person writes them."""
+"""Context of a dump with numbers and words as a person writes them."""
 LARGEST = 10**15
-"""Largest magnitude of whole numbers and of phases: doubles still tell neighbours apart."""
+"""Largest magnitude of whole numbers and phases, so that doubles still distinguish neighbours."""
 
 
 def _number(value: Any) -> Exact:
@@ -59,7 +59,7 @@ def _number(value: Any) -> Exact:
     if not isinstance(value, str) or not value:
         raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
     number = exact(value)
-    # What cannot be told from rounding errors, as tan(pi/2), is refused where it stands.
+    # What is undefined up to rounding, such as tan(pi/2), is refused here, with its place.
     float(number)
     return number
 
@@ -81,9 +81,9 @@ def _engine(value: Any) -> Any:
 
 
 def _canonical(x: Exact, info: SerializationInfo) -> str:
-    """Text of a number: as written if that is asked for.
+    """Text of a number: as written in the context `WRITTEN`.
 
-    Else it is the same for the same rational number, however written.
+    Otherwise equal rational numbers have the same text, however they were written.
     """
     if info.context == WRITTEN:
         return x.text
@@ -94,7 +94,7 @@ def _canonical(x: Exact, info: SerializationInfo) -> str:
 
 
 def holding(allowed: Callable[[float], bool], said: str) -> AfterValidator:
-    """Validator of a number, which is allowed as a double; what is said of any other."""
+    """Validator of a number by a condition on its double, with the message for other numbers."""
 
     def held(x: Exact) -> Exact:
         if not allowed(float(x)):
@@ -105,7 +105,7 @@ def holding(allowed: Callable[[float], bool], said: str) -> AfterValidator:
 
 
 def _of_body(name: str) -> AfterValidator:
-    """Validator of one field of a body, of which all others are those of any."""
+    """Validator of one field of a body, by a body whose other fields are valid."""
 
     def held(x: Any) -> Any:
         Body(**{**_ANY_BODY, name: x})
@@ -118,7 +118,7 @@ _ANY_BODY: Any = {"A": exacts((2, 1, Fraction(3, 2))), "r": exacts((1, 0, 0)), "
 
 
 def _reaches(start: Exact, step: Exact, count: int) -> tuple[float, float, float, float]:
-    """Sizes in doubles of a grid's start, its step, all of its steps, and its farthest phase."""
+    """Magnitudes, as doubles, of a grid's start, step, total length and farthest phase."""
     first, last = abs(float(start)), abs(float(start + step * (count - 1)))
     return first, abs(float(step)), abs(float(step * count)), max(first, last)
 
@@ -127,7 +127,7 @@ Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]
 Whole = Annotated[int, BeforeValidator(_whole)]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
 Triple = tuple[Number, Number, Number]
-# Conditions on one field alone are checked there, so that all that are broken are said at once.
+# Checked field by field, so that all broken conditions on single fields are reported at once.
 TOLERANCE = holding(lambda x: 0 < x <= 1e-2, "tolerance must be more than 0 and at most 0.01")
 Moments = Annotated[Triple, _of_body("A")]
 Direction = Annotated[Triple, _of_body("r")]
@@ -136,7 +136,7 @@ Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)
 
 
 def word_for_none(word: str) -> tuple[BeforeValidator, WrapSerializer]:
-    """The word that stands for None in a config; written where numbers are as a person has them."""
+    """Validator and serializer for a word that stands for None in a config."""
 
     def written(value: Any, others: Callable[[Any], Any], info: SerializationInfo) -> Any:
         return word if value is None and info.context == WRITTEN else others(value)
@@ -146,11 +146,11 @@ def word_for_none(word: str) -> tuple[BeforeValidator, WrapSerializer]:
 
 Kind = TypeVar("Kind")
 Auto = Annotated[Kind | None, *word_for_none("auto")]
-"""A value, or None, which is auto in a config."""
+"""A value, or None, which a config writes as auto."""
 
 
 class Part(BaseModel):
-    """A part of a config: frozen, unknown keys refused; the text under a key is its meaning."""
+    """A part of a config: frozen, without unknown keys; the text under a key is its meaning."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -162,20 +162,20 @@ class Part(BaseModel):
 
 
 def comment(part: type[BaseModel], name: str) -> str:
-    """Meaning of a key with its unit, as a phrase; empty where the schema says none."""
+    """Meaning of a key with its unit, as a phrase; empty if the schema has none."""
     said = part.model_fields[name].description or ""
     return " ".join(said.replace("\\|", "|").split()).rstrip(".")
 
 
 def nested(annotation: Any) -> tuple[type[BaseModel] | None, bool]:
-    """The part of a config behind an annotation, and whether it is one of several by name."""
+    """The part of a config in an annotation, or None; and True if there are several, by name."""
     origin = get_origin(annotation)
     if origin is Annotated:
         return nested(get_args(annotation)[0])
     if origin is dict:
         return nested(get_args(annotation)[1])[0], True
     if origin in (Union, UnionType):
-        # A section, or something else in its place: the section's keys are told.
+        # For a section or an alternative the section counts.
         return next((x for x in map(nested, get_args(annotation)) if x[0]), (None, False))
     if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
         return annotation, False
@@ -188,13 +188,13 @@ class PhaseGrid(Part):
     start: Number
     """The first phase, radians."""
     step: Number
-    """From each phase to the next, radians."""
+    """Distance from each phase to the next, radians."""
     count: Annotated[Whole, Field(ge=1, le=checked.MOST_PHASES)]
     """Number of phases."""
 
     @property
     def phases(self) -> Grid:
-        """Phases of the grid, each made when it is asked for."""
+        """Phases of the grid, each made when it is needed."""
         from rigidpend.routes.phases import Grid
 
         return Grid(self.start, self.step, self.count)
@@ -204,18 +204,18 @@ class PhaseGrid(Part):
         first, _, whole, _ = _reaches(self.start, self.step, self.count)
         for field, reach in (("start", first), ("step", whole)):
             if not reach < LARGEST:
-                message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
+                message = f"phases beyond {LARGEST:.0e} cannot be resolved in doubles"
                 raise ParameterError(field, message)
         self.apart(FINEST)
         return self
 
     def apart(self, bits: int) -> None:
-        """Refuse phases that so many bits do not tell apart: a step of 0, or lost beside them."""
+        """Refuse phases that are equal in a precision: a step of 0, or one lost in rounding."""
         _, step, _, farthest = _reaches(self.start, self.step, self.count)
-        # As a power of two, which doubles lack below 2^-1074.
+        # By ldexp, because 2.0**-bits vanishes below 2^-1074.
         if self.count > 1 and not step > math.ldexp(farthest, -bits):
             lost = f"equal in {bits} bits" if step else "equal in doubles"
-            message = f"the step {self.step} leaves {self.count} columns {lost}: take a larger one"
+            message = f"the step {self.step} makes {self.count} columns {lost}: take a larger one"
             raise ParameterError("step", message)
 
 
@@ -223,14 +223,14 @@ class DoubleNumerics(Part):
     """Numerics of experiments in double precision only."""
 
     engine: Annotated[Auto[Literal["taylor", "scipy"]], BeforeValidator(_engine)] = None
-    """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
+    """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor if LLVM is installed."""
 
     tolerance: Auto[Annotated[Number, TOLERANCE]] = None
     """Local tolerance in double precision, dimensionless; auto is the engine's own."""
 
 
 class Numerics(DoubleNumerics):
-    """Numerics of experiments that go to more bits where they must."""
+    """Numerics of experiments that use more bits where necessary."""
 
     precisions: Annotated[tuple[Whole, ...], AfterValidator(checked.precisions)] = PRECISIONS
     """Working precisions in bits, ascending; a column with an uncertain symbol goes to the next."""
@@ -248,12 +248,12 @@ class ExperimentConfig(Part):
 
     @property
     def of_the_paper(self) -> bool:
-        """True if the config says that it makes a figure of the paper: a number comes first."""
+        """True if the config names a figure of the paper, which begins with a number."""
         return re.fullmatch(r"\d+(, \w+)?", self.figure) is not None
 
     @property
     def numerics_asked(self) -> dict[str, Any]:
-        """Numerics asked for: engine, tolerance and precisions as far as the experiment has any."""
+        """Engine, tolerance and precisions that the config asks for, as far as it has them."""
         numerics = getattr(self, "numerics", None)
         declared = Numerics.model_fields
         return {name: getattr(numerics, name) for name in declared if hasattr(numerics, name)}

@@ -25,9 +25,9 @@ from rigidpend.surfaces import melnikov
 def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     """Make the table of a body at an energy constant h0 = kappa J2_0^2/2, greater than mu.
 
-    Melnikov's zeros depend on the initial action J1_0, dimensionless, nothing else does.
+    Only Melnikov's zeros depend on the initial action J1_0, dimensionless.
     """
-    # Nothing but Melnikov's zeros depends on J1_0: where none is given, any one will do.
+    # Only Melnikov's zeros depend on J1_0: without one they are left out, and any value will do.
     problem = RouteProblem(body, h0, exact("1e-8") if J1_0 is None else J1_0, 1)
     energy = problem.h0
     p, J2_0 = body.angles(), float(problem.J2_0(53))
@@ -52,7 +52,7 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
 
 
 def of(problem: Any) -> list[Row]:
-    """Make the table of a config's body; empty where the config has not one body and h0."""
+    """Make the table of a config's body; empty unless the config has one body and one h0."""
     body, h0 = getattr(problem, "body", None), getattr(problem, "h0", None)
     # An experiment may ask for several energies at once.
     if body is None or not isinstance(h0, Exact):
@@ -84,11 +84,11 @@ def _orbits(p: Angles, h0: float) -> Iterator[Row]:
         yield Row("multipliers", "on the unit circle", str(error))
         return
     except (ArithmeticError, ValueError) as error:
-        # h0 - mu is within the rounding of either.
+        # Here h0 - mu is within the rounding of h0 and mu.
         yield Row("multipliers", "not resolved", str(error))
         return
     yield number_row("period", "t', of the pendulum motions", leaving.period)
     yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
-    # With the period of the true motion, so that beside it the multiplier shows what mu changes.
+    # With the period of the true motion, so that the two multipliers differ by the effect of mu.
     limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
     yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)

@@ -13,27 +13,27 @@ PLAIN = {
     "model_type": "expected keys with values",
     "dict_type": "expected keys with values",
     "tuple_type": "expected a list",
-    "string_type": "expected a text",
+    "string_type": "expected text",
     "string_pattern_mismatch": "expected a word of letters, digits and _",
-    "string_too_long": "expected a word of {max_length} letters at most",
+    "string_too_long": "expected a word of at most {max_length} letters",
     "too_short": "expected at least {min_length}",
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",
 }
-"""Errors of pydantic in our words, by its names for them."""
+"""Messages in plain words for pydantic's errors, by its names for them."""
 
 OF_J3 = (
-    ": J3 is 0, for M is horizontal; with another one the axis of rotation is tilted, gravity turns"
-    " the body out of it, and there is no pendulum motion to start from"
+    ": J3 is 0, because M is horizontal; with another one the axis of rotation is tilted, gravity"
+    " turns the body out of it, and there is no pendulum motion to start from"
 )
 NEVER = {"J3": OF_J3, "J3_0": OF_J3}
-"""Keys that there cannot be, with the reason."""
+"""Keys that no config can have, with the reason."""
 
 
 def complaints(document: Document, model: Any, errors: Iterable[Any]) -> list[Complaint]:
     """Complaints of a schema about a document."""
     given = list(errors)
-    # To pydantic a list is too short by the items that it has refused.
+    # Pydantic counts refused items as missing: a list is then "too short" only for that reason.
     within = {error["loc"][:k] for error in given for k in range(len(error["loc"]))}
     kept = (error for error in given if error["type"] != "too_short" or error["loc"] not in within)
     return [_problem(document, model, error) for error in kept]
@@ -59,19 +59,19 @@ def _problem(document: Document, model: Any, error: Any) -> Complaint:
 
 
 def told(errors: Sequence[Any]) -> str:
-    """The first of a schema's complaints about what no user has written, with its key."""
+    """The first of a schema's complaints about a value that no user has written, with its key."""
     first = errors[0]
     return f"{'.'.join(map(str, (*first['loc'], *_named(first))))}: {_plain(first)}"
 
 
 def _named(error: Any) -> Place:
-    """The field that a condition names which joins some: pydantic knows the part they are in."""
+    """The field named by a condition on several fields; pydantic knows only their part."""
     field = getattr(error.get("ctx", {}).get("error"), "field", "")
     return tuple(field.split(".")) if field and isinstance(error["input"], dict) else ()
 
 
 def _written(document: Document, location: Sequence[Any]) -> Place:
-    """Part of a schema's location that is in the file: not the branch of a union."""
+    """The part of a schema's location that exists in the file, without branches of unions."""
     place: Place = ()
     for part in location:
         if (*place, part) in document.values:
@@ -80,33 +80,33 @@ def _written(document: Document, location: Sequence[Any]) -> Place:
 
 
 def _plain(error: Any) -> str:
-    """Message of a schema in plain words, with the value given."""
+    """Message of a schema in plain words, with the given value."""
     known, given = error.get("ctx", {}), error["input"]
     if "error" in known:
         return str(known["error"])
     got = f", got {given!r}" if isinstance(given, str | int) else ""
     if error["type"] == "literal_error" and isinstance(given, str):
-        # Pydantic gives the words in one text, each in quotes.
+        # Pydantic lists the allowed words in one text, each in quotes.
         got += meant(given, str(known["expected"]).split("'")[1::2])
     if error["type"] == "tuple_type" and isinstance(given, str) and "," in given:
         got += f"; write [{given.strip('()[]{} ')}]"
     if error["type"] in PLAIN:
         return PLAIN[error["type"]].format(**known) + got
     message = str(error["msg"])
-    # Its sentences begin with a capital; here they go on behind a place.
+    # Pydantic's sentences begin with a capital; here they continue after a place.
     return message[0].lower() + message[1:] + got
 
 
 def _elsewhere(model: Any, word: str) -> str:
     """Suggest a key of another part of the config, if one is close."""
     known = {key.rpartition(".")[2]: key for key in _keys(model)}
-    # Stricter than among siblings: of all keys of a schema some are always alike.
+    # Stricter than among siblings, because among all keys of a schema some always look alike.
     close = closest(word, known, 0.7)
     return f"; did you mean {known[close]}?" if close else ""
 
 
 def _keys(model: Any, prefix: str = "") -> Iterator[str]:
-    """Full keys of a schema's parts, deeper ones first, so that shallow ones win."""
+    """Full keys of a schema's parts, deeper ones first, so that shallow ones overwrite them."""
     for name, field in getattr(model, "model_fields", {}).items():
         yield from _keys(field.annotation, f"{prefix}{name}.")
         yield f"{prefix}{name}"
@@ -115,7 +115,7 @@ def _keys(model: Any, prefix: str = "") -> Iterator[str]:
 def _fields(kind: Any, place: Place) -> list[str]:
     """Keys that a schema knows at a place."""
     for key in place:
-        # In a mapping the key is the user's, and the schema's part is the type of its values.
+        # In a mapping the user chooses the key, and the type of the values is the schema's part.
         field = getattr(kind, "model_fields", {}).get(str(key))
         kind = field.annotation if field else next(iter(get_args(kind)[1:]), None)
     return list(getattr(nested(kind)[0], "model_fields", ()))

@@ -1,4 +1,4 @@
-"""Configs as people read them: YAML that is read back as the same, and what differs in two."""
+"""Configs as people read them: YAML that reads back the same, and the differences of two."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from rigidpend.config.schema import comment, nested
 from rigidpend.numbers.expressions import as_written
 
 WIDTH, BESIDE = 80, 36
-"""Characters of a line, and at most of a value that has its comment beside it."""
+"""Characters of a line, and of the longest value with its comment beside it."""
 INDENT, LONGEST = "  ", 24
-"""Blanks before a key in a section, and characters by which YAML may go beyond its width."""
+"""Blanks before a key in a section, and characters by which YAML may exceed its width."""
 SHOWN = 3
 """Number of changes that a sentence lists."""
 WORDS = {"beta0": "gamma0"}
-"""Words that a config has for null, by the last name of the key; `auto` elsewhere."""
+"""Words of a config for null, by the last name of the key; `auto` for other keys."""
 ABSENT = "nothing"
-"""Word for the value of a key that one of the two configs has not."""
+"""Word for the value of a key that one of two configs lacks."""
 
 
 class _Dumper(yaml.SafeDumper):
-    """YAML dumper that quotes only what `reader` would not take as text."""
+    """YAML dumper that quotes only texts that `reader` would not read as text."""
 
-    # Without PyYAML's own: to them a number is something else than its text.
+    # Without PyYAML's own resolvers, for which texts of numbers would need quotes.
     yaml_implicit_resolvers: dict[str, list[Any]] = {}  # noqa: RUF012
 
-    # The reader refuses anchors.
+    # No anchors, because the reader refuses aliases.
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
@@ -53,14 +53,14 @@ def to_yaml(values: dict[str, Any], schema: type[BaseModel]) -> str:
 
 
 def _section(values: dict[str, Any], schema: type[BaseModel], indent: str) -> Iterator[str]:
-    """Write a part of a config, its comments in one column where there is room."""
+    """Write a part of a config, with its comments in one column where there is room."""
     texts = {key: dumped({key: value}) for key, value in values.items()}
     firsts = [len(lines[0]) for lines in texts.values() if len(lines) == 1]
     column = max((length for length in firsts if length <= BESIDE), default=0)
     for key, lines in texts.items():
         inner, named = nested(schema.model_fields[key].annotation)
         said = comment(schema, key)
-        # A part that YAML has put into one line stays there.
+        # A section that YAML writes in one line stays in one line.
         if inner is not None and not named and isinstance(values[key], dict) and len(lines) > 1:
             yield f"{indent}{key}:"
             yield from _section(values[key], inner, indent + INDENT)
@@ -69,7 +69,7 @@ def _section(values: dict[str, Any], schema: type[BaseModel], indent: str) -> It
 
 
 def _commented(lines: list[str], said: str, indent: str, column: int) -> Iterator[str]:
-    """Lines of one key with a comment beside the first, or above where there is no room."""
+    """Lines of one key with a comment beside the first, or above if there is no room."""
     first, *rest = lines
     at = len(indent) + max(column, len(first)) + 2
     beside = not rest and len(first) <= BESIDE
@@ -93,7 +93,7 @@ def dumped(values: dict[str, Any]) -> list[str]:
         allow_unicode=True,
         width=WIDTH - LONGEST,
     )
-    # With its root in one line YAML needs no braces around it.
+    # YAML may write the root mapping in one line, whose braces are not needed.
     flat = re.fullmatch(r"\{(.*)\}\n", text, re.DOTALL)
     return [" ".join(flat[1].split())] if flat else text.splitlines()
 
@@ -110,9 +110,9 @@ def _as_text(node: Any) -> Any:
 def changes(
     before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = ""
 ) -> dict[str, tuple[Any, Any]]:
-    """The two values of each key that differs in two resolved configs, as the second has them.
+    """The two values of each key that differs between two resolved configs, in the second's order.
 
-    The name of the figure, on which no result depends, is passed over.
+    The name of the figure is ignored, because no result depends on it.
     """
     found: dict[str, tuple[Any, Any]] = {}
     for key in dict.fromkeys([*after, *before]):
@@ -128,7 +128,7 @@ def changes(
 
 
 def sentence(found: Mapping[str, tuple[Any, Any]]) -> str:
-    """Say what changed, the first few in full, as ``problem.mu from 1 to 2``."""
+    """Sentence on changes, the first few in full, as ``problem.mu from 1 to 2``."""
     each = (
         (key, *(written(x, key.rpartition(".")[2]) for x in pair)) for key, pair in found.items()
     )
@@ -138,7 +138,7 @@ def sentence(found: Mapping[str, tuple[Any, Any]]) -> str:
 
 
 def written(value: Any, key: str = "") -> str:
-    """Write a value of a resolved config, and of a key, as in YAML, in one line."""
+    """Write the value of a key of a resolved config as YAML in one line."""
     if value is None:
         return WORDS.get(key, "auto")
     if isinstance(value, Mapping):

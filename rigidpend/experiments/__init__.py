@@ -1,7 +1,7 @@
 """Experiments: one folder each, with layout, schema, computation and drawing.
 
-:mod:`rigidpend.experiments.contract` says what the files of a folder offer. Each is imported
-when it is needed: a list of names imports none, drawing imports no integrator.
+:mod:`rigidpend.experiments.contract` says what the files of a folder offer. Each file is imported
+only when it is needed: listing names imports none, and drawing imports no integrator.
 """
 
 from __future__ import annotations
@@ -32,7 +32,10 @@ def names() -> tuple[str, ...]:
 
 
 def schema(name: str) -> type[ExperimentConfig]:
-    """Schema of an experiment's configs; as all here, UnknownExperiment of a name that none has."""
+    """Schema of an experiment's configs.
+
+    A name that no experiment has raises UnknownExperiment, here and in the functions below.
+    """
     return _module(name, "schema").Config
 
 
@@ -42,16 +45,16 @@ def computation(name: str) -> Any:
 
 
 def cost(name: str, config: ExperimentConfig) -> float | None:
-    """Estimate of the seconds that a config takes; None where its experiment gives none."""
+    """Estimate of the seconds that a config takes; None if its experiment makes no estimate."""
     estimate = getattr(computation(name), "cost", None)
     return None if estimate is None else float(estimate(config))
 
 
 def describe(name: str, config: ExperimentConfig) -> list[Row]:
-    """Describe a config in rows: what it asks for, and what follows from it.
+    """Describe a config in rows: its parameters, and what follows from them.
 
-    What follows is said by its body, by the module that computes it where that has a function
-    `describe`, by its estimated cost, and by the theory of its body at its energy.
+    The rows that follow come from the body, from the experiment's `describe` if there is one,
+    from the theory of the body at its energy, and from the estimated cost.
     """
     from rigidpend.config import description, theory
 
@@ -66,7 +69,7 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
     ]
     if seconds is not None:
         found.append(description.Row("cost", f"about {seconds:.2g} s", "to compute, as estimated"))
-    # What is said twice, as A of a body, is told where and as it was said first.
+    # A name that occurs twice, such as A of a body, keeps its first row.
     told: dict[str, Row] = {}
     for row in found:
         told.setdefault(row.name, row)
@@ -74,7 +77,7 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
 
 
 def in_pieces(name: str) -> bool:
-    """Tell if an experiment is computed in pieces that may go to other machines."""
+    """True if an experiment is computed in pieces that may go to other machines."""
     return bool(getattr(computation(name), "PIECES", False))
 
 
@@ -89,13 +92,13 @@ def drawing(name: str) -> Any:
 
 
 def tables(name: str, result: Loaded) -> list[Table]:
-    """Tables beside the figure of a stored result; none where its experiment has none."""
+    """Tables beside the figure of a stored result; an empty list if its experiment makes none."""
     made = getattr(drawing(name), "tables", None)
     return made(result) if made else []
 
 
 def _module(name: str, part: str = "") -> Any:
-    # A name may come from a file of anybody's: only our own modules are imported.
+    # A name may come from an untrusted file: only the package's own modules are imported.
     if name not in names():
         known = ", ".join(names())
         raise UnknownExperiment(f"no such experiment: {name[:80]!r} (known: {known})")

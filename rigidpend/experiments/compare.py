@@ -1,8 +1,8 @@
-"""Comparison of two results, and bounds by how much a field may differ in them.
+"""Comparison of two results, and bounds for the difference of a field between them.
 
-A layout declares a bound with its field: a number, a function to what is allowed of each element,
-or a `Bound`. Each comes from the stored result and from what is declared; what a fresh result
-states of its own errors opens none.
+A layout declares the bound of each field: a number, a function to the allowed difference of each
+element, or a `Bound`. Bounds follow from the stored result and from declarations; an error that a
+fresh result states of itself widens none.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ import numpy as np
 from rigidpend.experiments.data import ANY, Allowed, Bound, Data, Field, Layout, declared
 
 Scope: TypeAlias = ChainMap[str, Any]
-"""A group of a result, and those around it."""
+"""A group of a result, with the groups that enclose it."""
 
 ROOT, PROVENANCE = "/", "/provenance"
 VOLATILE = ("name", "config_hash", "code_hash", "engine")
 """Root attributes whose values may differ between equal results; configs are compared by key."""
 NUMERICS = ("tolerance", "precisions")
-"""Those that other numerics change besides."""
+"""Root attributes that also differ if other numerics are asked for."""
 TOLD = ("reasons", "doubt", "seconds")
-"""Those that only say what is compared elsewhere, or need not be."""
+"""Root attributes that are not compared: their content is compared elsewhere, or need not be."""
 PRESENT, ABSENT = "(present)", "(absent)"
-"""Stand-ins for values that only one side has, or that are passed over."""
+"""Placeholders for values that only one side has, or that are not compared."""
 
 
 class Difference(str):
-    """A sentence on where two results differ, which also knows its parts."""
+    """A sentence on a difference of two results, with its parts as attributes."""
 
     place: str
     stored: Any
@@ -47,13 +47,13 @@ class Difference(str):
         return self
 
     def inside(self, group: str) -> Self:
-        """The same difference, in a group."""
+        """The same difference, with the group before its place."""
         values, words = (self.stored, self.computed, self.allowed), self[len(self.place) :]
         return type(self)(f"{group}/{self.place}", *values, words)
 
 
 def shown(value: Any) -> str:
-    """A value to its last digit, as a word."""
+    """A value as text, with all digits."""
     if isinstance(value, bytes):
         return value.decode(errors="replace")
     return f"{value:.17g}" if isinstance(value, float | np.floating) else str(value)
@@ -81,17 +81,16 @@ def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
 def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Difference]:
     """Find where two result files differ in their structure: see `store.outline`.
 
-    Where, when and with what code and engine a result was made does not count, nor its name, only
-    that they are said; nor do the reasons why a reference was renewed. With other numerics asked
-    for, nor does what follows from these.
+    The place, date, code and engine of a result, and its name, are not compared, but must be there;
+    the reasons why a reference was renewed are ignored. If other numerics are asked for, tolerance
+    and precisions are not compared either.
     """
     found = keys(stored, fresh)
     for place in [place for place in stored if place in fresh and place != PROVENANCE]:
         old, new = stored[place], fresh[place]
         if place == ROOT:
             passed = VOLATILE if same_numerics else (*VOLATILE, *NUMERICS)
-            # Each engine has a tolerance of its own by default, which
-            # is no difference of the problem.
+            # Engines have different default tolerances; that is no difference of the problem.
             if len({str(one.get("engine")).partition(" ")[0] for one in (old, new)}) > 1:
                 passed = (*passed, "tolerance")
             old, new = (
@@ -105,14 +104,14 @@ def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Dif
 def differences(layout: Layout, stored: Data, fresh: Data) -> list[Difference]:
     """Find where ``/data`` of two results disagrees by more than the bounds of its fields.
 
-    Tolerances come from the stored one, the reference, and from what is declared: an error that
-    the fresh one states opens none. A field whose bound is `ANY` is not compared.
+    Bounds come from the stored result, the reference, and from the layout: an error that the
+    fresh result states widens none. A field whose bound is `ANY` is not compared.
     """
     return _groups(layout, ChainMap(dict(stored)), ChainMap(dict(fresh)))
 
 
 def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
-    """The same for a group and those around it."""
+    """Differences in one group; the enclosing groups are at hand for bounds."""
     old, new = stored.maps[0], fresh.maps[0]
     nodes = {**{x: {} for x in (*old, *new)}, **declared(layout, (*old, *new))}
     kept = {x: node for x, node in nodes.items() if getattr(node, "within", None) != ANY}
@@ -120,7 +119,7 @@ def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
     for x, node in kept.items():
         if not found and isinstance(node, Field) and getattr(node.within, "sized", True):
             found += _shapes(x, np.shape(old[x]), np.shape(new[x]))
-    # What is bounded by another field, or stands in a group, needs all of these.
+    # The bound of one field may use others, also of enclosing groups: all must be there and fit.
     if found:
         return found
     for x, node in kept.items():
@@ -141,9 +140,10 @@ def _shapes(place: str, stored: tuple[int, ...], fresh: tuple[int, ...]) -> list
 
 
 def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Difference]:
-    """The worst element of two arrays, if it differs by more than is allowed of all, or of each.
+    """The worst difference of two arrays, if it exceeds the allowed one (a number, or for each).
 
-    Floats are compared up to that, NaN with NaN, and where it is infinite not; all else exactly.
+    Floats are compared within the allowed difference, and not where it is infinite; NaN equals
+    NaN. All other kinds must be equal.
     """
     a, b = np.asarray(stored), np.asarray(fresh)
     if found := _shapes(place, a.shape, b.shape):
@@ -162,12 +162,12 @@ def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Diff
 
 
 def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
-    """The worst of the errors that a result states of itself, if it is more than declared.
+    """The worst of the errors that a result states of itself, if it exceeds the declared bound.
 
-    NaN is one that is not known; where what is declared is infinite, any is admitted.
+    NaN, an unknown error, exceeds every bound except an infinite one, which admits anything.
     """
     errors, most = np.asarray(stated), np.broadcast_to(declared, np.shape(stated))
-    # Written so that NaN is more than any bound but an infinite one.
+    # Negated, because every comparison with NaN is false.
     over = ~(errors <= most) & ~np.isinf(most)
     if not over.any():
         return []
@@ -179,52 +179,52 @@ def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
 
 
 def _worst(excess: Any) -> tuple[Any, str]:
-    """The index of the largest element, and as it is written behind a name."""
+    """The index of the largest element, and its text as a suffix of a name."""
     at = np.unravel_index(np.argmax(excess), excess.shape)
     return at, f"[{', '.join(map(str, at))}]" if at else ""
 
 
 def _excess(a: Any, b: Any, allowed: Any) -> Any:
-    """Excess of each element over its allowed difference, as a factor; 0 where they are equal."""
+    """Difference of each element over the allowed one; 0 where the elements count as equal."""
     if not a.dtype.kind == b.dtype.kind == "f":
         return ((a != b) & np.isfinite(allowed)).astype(float)
     with np.errstate(invalid="ignore", divide="ignore"):
         gap = np.abs(a - b)
-        # Written so that NaN differs from every number, and an infinity from the other.
+        # NaN equals only NaN and an infinity only itself: their gap is NaN or infinite.
         same = (gap <= allowed) | (a == b) | (np.isnan(a) & np.isnan(b)) | np.isinf(allowed)
         return np.where(same, 0.0, np.nan_to_num(gap / allowed, nan=np.inf, posinf=np.inf))
 
 
 ROUNDING = 1e-14
-"""Allowed difference of what only rounds: of angles in radians, of other numbers relative."""
+"""Allowed difference by rounding alone: absolute for angles in radians, relative for the rest."""
 
 
 def where(compared: Callable[[Data, Data], Any]) -> Allowed:
-    """A mask of what must be the same where it is compared: from the groups, stored and fresh."""
+    """Demand equality where a mask is true; `compared` makes it from both groups."""
     return lambda name, stored, fresh: np.where(compared(stored, fresh), 0.0, np.inf)
 
 
 def relative(share: float) -> Allowed:
-    """A bound of each element, relative to it."""
+    """Bound of each element, relative to its stored value."""
     return lambda name, stored, fresh: share * np.abs(stored[name])
 
 
 def of_largest(share: float, least: float = 0.0) -> Allowed:
-    """A bound of all elements, relative to the largest, or to `least` if that is more."""
+    """Bound of all elements, relative to the largest stored one, or to `least` if that is more."""
     return lambda name, stored, fresh: share * max(least, np.abs(stored[name]).max())
 
 
 def of_field(other: str, share: float) -> Allowed:
-    """A bound of all elements, relative to another field."""
+    """Bound of each element, relative to the stored value of another field."""
     return lambda name, stored, fresh: share * np.abs(stored[other])
 
 
 def modulo(period: float, allowed: Allowed) -> Bound:
-    """A bound of each element of what has a period."""
+    """Bound of each element of a periodic quantity."""
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
         old, new = np.asarray(stored[name]), np.asarray(fresh[name])
-        # At the cut rounding decides the side.
+        # Rounding may put one result at each end of the period.
         new = old + np.remainder(new - old + period / 2, period) - period / 2
         return arrays(name, old, new, allowed(name, stored, fresh))
 
@@ -232,10 +232,10 @@ def modulo(period: float, allowed: Allowed) -> Bound:
 
 
 def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
-    """A bound of errors that a result states of itself: the fresh ones are held to it.
+    """Bound of the errors that a fresh result states of itself.
 
-    It is the largest size that is admitted of each, infinite for any, or a function to it from
-    the two groups, stored and fresh. Gaps must be where they are in the stored result.
+    `most` is the largest admitted size, infinite for any, or a function to it from the two
+    groups, stored and fresh. Gaps must be at the same places as in the stored result.
     """
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:

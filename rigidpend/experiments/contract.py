@@ -1,41 +1,41 @@
 """Contract of an experiment: what each of the four files of its folder offers.
 
 ``__init__.py``
-    ``LAYOUT``: what a result consists of, with unit and bound.
+    ``LAYOUT``: the fields of a result, with unit and bound.
 ``schema.py``
     ``Config``, a subclass of :class:`rigidpend.config.schema.ExperimentConfig`: what a config may
     ask for.
 ``compute.py``
-    ``compute(config, means)``: the data of a result file, plain values by name, of which ``LAYOUT``
-    tells the rest; ArithmeticError where something that the config asks for cannot be computed as
-    well as it must be. And if it likes:
+    ``compute(config, means)``: the data of a result file, plain values by name; ``LAYOUT`` adds
+    their units and meanings. ArithmeticError if something that the config asks for cannot be
+    computed accurately enough. Optional:
 
     ``cost(config)``
-        An estimate of the seconds that it takes on two cores, from what was measured of it:
-        `run -n` tells it, and the time left begins with it.
+        An estimate of the seconds that it takes on two cores, from measurements: `run -n` prints
+        it, and the display of the time left begins with it.
     ``describe(config)``
-        Rows on what follows from a config beside what follows from its body.
+        Rows on what follows from a config, beside those on its body.
     ``PIECES = True``
-        All its work goes through ``means.pieces``, so that a cluster shares it; what does not, a
-        worker of the cluster computes as a whole.
+        All its work goes through ``means.pieces``, so that a cluster shares it. Without it one
+        worker of the cluster computes the whole config.
     ``orbits(config, stored)``
         `Routes`, exact: its route codes can be proven. ``stored()`` loads ``/data`` of the
-        config's result, for orbits that only a computation tells.
+        config's result, for orbits that are known only after a computation.
     ``theorems(config, data)``
         Sentences that ``/data`` of a result proves, checked again without integration;
-        ArithmeticError or ValueError where it does not, whose text says what is not shown.
+        ArithmeticError or ValueError if the proof fails, with a text that says what is not shown.
 ``draw.py``
-    ``draw(result)``: a figure of a stored result. And if it likes:
+    ``draw(result)``: a figure of a stored result. Optional:
 
     ``CAPTION``
-        Sentences on what the figure shows, of whatever body.
+        Sentences on what the figure shows, for any body.
     ``tables(result)``
-        Tables of a stored result, which set its numbers beside those that the paper prints.
+        Tables of a stored result, with its numbers beside those that the paper prints.
 
 Nothing is registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py`
-import no matplotlib, `draw.py` no integrator, for each is loaded without the others; `__init__.py`
-imports neither: whoever opens a result holds it against that layout first, and two results are
-compared by it.
+import no matplotlib and `draw.py` no integrator, because each is loaded without the others.
+`__init__.py` imports neither: a result is checked against its layout when it is opened, and two
+results are compared by it.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ Routes: TypeAlias = "Mapping[str, tuple[RouteProblem, Sequence[Exact]]]"
 
 
 class Piece(NamedTuple):
-    """A part that is still to be computed; another process may do it."""
+    """A part of a computation, which another process may do."""
 
     name: str
     """Name of letters, digits, ``_``, ``.`` and ``-``."""
     work: Callable[..., Tree]
-    """A function of a module."""
+    """A function at the top level of a module, so that it can be pickled."""
     arguments: tuple[Any, ...]
 
 
@@ -76,15 +76,15 @@ def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
 
 
 class Means(NamedTuple):
-    """The means of a computation: its arithmetic, workers, progress and checkpoints, if any."""
+    """The means of a computation: arithmetic, workers, progress and checkpoints."""
 
     arithmetic: Arithmetic = CLOSED_FORM
-    """Arithmetic, resolved once: the record that the result file stores."""
+    """Arithmetic, resolved once; the result file stores it."""
     jobs: int = 1
     """Number of threads or processes at a time."""
     report: Callable[[str], None] = tell_nobody
     """Receiver of lines of progress."""
     part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
-    """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
+    """Checkpoint: ``part(name, compute)`` is ``compute()``, stored for an interrupted run."""
     pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
-    """Checkpoints whose functions and arguments may go to other machines; trees in their order."""
+    """Checkpoints that other machines may compute; gives the trees in the order of the pieces."""

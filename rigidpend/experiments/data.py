@@ -4,9 +4,10 @@ A layout names the fields of a group and the groups inside it::
 
     LAYOUT = {"<arrays>": {"codes": whole("1", "0 left, 1 right", "symbols", "columns")}}
 
-A name in ``<>`` stands for members of any names, as many as the dimension of that name; one
-that ends in ``?`` may be absent. A dimension has one size throughout, but in each member of
-such a group its own. Nothing that computes is imported: whoever reads a result reads this first.
+A name in ``<>`` stands for members of any names, whose number is the dimension of that name; a
+member whose name ends in ``?`` may be absent. A dimension has one size throughout a result, but
+its own in each member of a ``<>`` group. This module imports nothing that computes, because it is
+loaded to read a result.
 """
 
 from __future__ import annotations
@@ -38,10 +39,10 @@ class Coming(NamedTuple):
 
 
 class Streamed(dict[str, Any]):
-    """A group some arrays of which come in blocks, for memory need not hold them as a whole.
+    """A group with arrays that come in blocks, so that memory need not hold them whole.
 
-    These have :class:`Coming` in the place of their values. The blocks, where each belongs and
-    its values by the name of the array, may be computed when they are asked for, once.
+    Such an array has a :class:`Coming` instead of its values. `blocks` gives, by the name of the
+    array, the place of each block and its values, and can be read once; they may be computed then.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class Streamed(dict[str, Any]):
 Data: TypeAlias = Mapping[str, Any]
 """Group of a result: arrays, texts and groups by name."""
 Tree: TypeAlias = Data
-"""The same as it is computed: arrays may be lists, or come in blocks."""
+"""A group as it is computed: arrays may be lists, or come in blocks."""
 
 
 class Loaded(TypedDict):
@@ -62,7 +63,7 @@ class Loaded(TypedDict):
 
     attributes: dict[str, Any]
     config: dict[str, Any]
-    """The resolved config, as plain data; numbers are texts, exact, or whole."""
+    """The resolved config, as plain data; numbers are exact texts, or whole numbers."""
     provenance: dict[str, Any]
     data: dict[str, Any]
     """Arrays, texts and groups by name."""
@@ -72,23 +73,23 @@ FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
 NUMBER = "number"
 """Kinds of elements of a field; a number is a double or whole."""
 ANY = math.inf
-"""Bound of a field that is not compared: it hangs on the last bit, or tells how, not what."""
+"""Bound of a field that is not compared: it depends on the last bit, or on the way of computing."""
 
 
 Allowed: TypeAlias = "Callable[[str, Data, Data], Any]"
-"""Allowed difference of each element, infinite where nothing is compared.
+"""Function for the allowed difference of each element, infinite where nothing is compared.
 
-It follows from the field's name and the two groups, stored and fresh, in which a name that a group
-has not is looked up in those around it: a number, or an array to be broadcast to the values."""
+It takes the field's name and the two groups, stored and fresh; a name that a group lacks is looked
+up in the enclosing groups. It returns a number, or an array that is broadcast to the values."""
 
 
 class Bound(NamedTuple):
-    """A comparison of a field in two results, where allowed differences do not say it."""
+    """A comparison of a field in two results that allowed differences cannot express."""
 
     apart: Callable[[str, Data, Data], list[Difference]]
-    """From the field's name and the two groups, as in :data:`Allowed`, to where they differ."""
+    """Takes the same arguments as :data:`Allowed`, and returns the differences."""
     sized: bool = True
-    """True if the field has to be of one shape in both."""
+    """True if the field must have the same shape in both results."""
 
 
 class Field(NamedTuple):
@@ -96,15 +97,15 @@ class Field(NamedTuple):
 
     kind: str
     dimensions: tuple[int | str, ...] = ()
-    """Sizes, or names of sizes, which may have a number added: ``symbols+1``."""
+    """Sizes, or names of sizes, to which a number may be added: ``symbols+1``."""
     units: str = ""
     description: str = ""
     gaps: bool = False
     """True if it may hold NaN or infinity."""
     within: float | Allowed | Bound = 0.0
-    """Difference that doubles may have in two results; other elements must be the same."""
+    """Allowed difference of doubles between two results; other elements must be equal."""
     symbol: str = ""
-    """Letter by which axes call it, as matplotlib sets it."""
+    """Letter in the label of an axis, as text of matplotlib."""
     coordinate: bool = False
     """True if it is the coordinate along its dimension."""
 
@@ -116,11 +117,11 @@ def _field(
 
 
 double, whole, flag, text = (partial(_field, kind) for kind in (FLOAT, WHOLE, FLAG, TEXT))
-"""Fields of these kinds: of their unit, their description, then their dimensions."""
+"""Make a field of this kind from its unit, its description, and its dimensions."""
 
 
 def as_bytes(texts: Any) -> Any:
-    """An array of texts in UTF-8, of a width that HDF5 and parts keep."""
+    """An array of UTF-8 bytes of fixed width, which HDF5 and parts can store."""
     given = np.asarray(texts)
     return given if given.dtype.kind == "S" else np.char.encode(given.astype(str))
 
@@ -130,7 +131,7 @@ Fields: TypeAlias = Mapping[str, Field]
 
 
 def held(bound: float | Allowed | Bound, fields: Fields) -> dict[str, Field]:
-    """The fields, with a bound for those of doubles that have none of their own."""
+    """The fields, with this bound for fields of doubles that declare none."""
     return {
         name: field._replace(within=bound)
         if field.kind in (FLOAT, NUMBER) and field.within == 0.0
@@ -140,7 +141,7 @@ def held(bound: float | Allowed | Bound, fields: Fields) -> dict[str, Field]:
 
 
 def members(layout: Layout) -> tuple[str, Field | Layout] | None:
-    """The dimension that counts members of any names, and what each is; None without such."""
+    """The dimension and layout of members of any names (``<>``); None if there are none."""
     for name, node in layout.items():
         if name.startswith("<"):
             return name.strip("<>"), node
@@ -148,7 +149,7 @@ def members(layout: Layout) -> tuple[str, Field | Layout] | None:
 
 
 def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
-    """Members with a name of their own, each with True if it must be there."""
+    """Members with fixed names, each with True if it is required."""
     return {
         name.removesuffix("?"): (node, not name.endswith("?"))
         for name, node in layout.items()
@@ -157,7 +158,7 @@ def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
 
 
 def declared(layout: Layout, names: Collection[str]) -> dict[str, Field | Layout]:
-    """Those of some names that a layout declares, with what it says of them."""
+    """Those of the given names that a layout declares, with their fields or layouts."""
     known, further = {name: node for name, (node, _) in named(layout).items()}, members(layout)
     if further:
         known = {**dict.fromkeys(names, further[1]), **known}
@@ -165,7 +166,7 @@ def declared(layout: Layout, names: Collection[str]) -> dict[str, Field | Layout
 
 
 def fields(layout: Layout, data: Data, place: str = "") -> Iterator[tuple[str, Any, Field]]:
-    """The values of a group and of those inside it, each with its place and its field."""
+    """The values of a group and its subgroups, each with its path and its field."""
     for name, node in declared(layout, data).items():
         inner = f"{place}{name}"
         if isinstance(node, Field):
@@ -175,10 +176,10 @@ def fields(layout: Layout, data: Data, place: str = "") -> Iterator[tuple[str, A
 
 
 def labelled(data: Data, layout: Layout, attributes: Mapping[str, Any]) -> xarray.DataTree:
-    """A result as an xarray tree; attributes are those of its root.
+    """A result as an xarray tree, with the attributes at its root.
 
-    There is a node for each group; each array has its dimensions, its unit and its description.
-    ModuleNotFoundError where xarray, of the extra `notebook`, is not installed.
+    Each group is a node; each array has its dimensions, its unit and its description.
+    ModuleNotFoundError if xarray, of the extra `notebook`, is not installed.
     """
     import xarray
 
@@ -188,7 +189,7 @@ def labelled(data: Data, layout: Layout, attributes: Mapping[str, Any]) -> xarra
 
 
 def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarray.Dataset]]:
-    """A group and those inside it, with their paths."""
+    """Datasets of a group and its subgroups, with their paths."""
     import xarray
 
     variables, coordinates = {}, []
@@ -196,7 +197,7 @@ def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarr
         if not isinstance(node, Field):
             yield from _datasets(f"{path}/{key}", data[key], node)
             continue
-        # A dimension that is a mere size is named after its array.
+        # xarray needs a name for each dimension: one given as a mere size takes the array's name.
         sizes = enumerate(node.dimensions)
         dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
         meaning = {"units": node.units, "description": node.description}

@@ -39,7 +39,7 @@ ZOOM, DOUBT, ZERO, NO_RETURN = RED, PINK, BLUE, "0.7"
 PROVEN = GREEN
 """Colour of a proven symbol's dot."""
 SYMBOL_COLOURS = ListedColormap(["black", "white", NO_RETURN])
-"""Colours of the codes 0, 1 and `NO_SYMBOL`, by the bounds of `SYMBOL_NORM`."""
+"""Colours of the codes 0, 1 and `NO_SYMBOL`, in the order of the intervals of `SYMBOL_NORM`."""
 SYMBOL_NORM = BoundaryNorm([-0.5, 0.5, 1.5, NO_SYMBOL + 0.5], 3)
 
 LINES = ((0.9, "0.0"), (0.55, "0.12"), (0.3, "0.25"))
@@ -52,18 +52,18 @@ SEPARATRIX_NAMES = (
     "$\\beta_0+\\alpha_0$\n$+2\\pi$",
     "$\\beta_0-\\alpha_0$\n$+4\\pi$",
 )
-"""Labels of the five places, as in (sol_1)-(sol_22)."""
+"""Labels of the separatrices 1, 2, 3, 4 and 1 again, by theta1 as in (sol_1)-(sol_22)."""
 CLOSE = 0.14
-"""Distance of places, in parts of the axis, below which their labels turn away not to touch."""
+"""Distance of places, as a share of the axis, below which labels are set apart to not overlap."""
 
 
 def axis_label(field: Field) -> str:
-    """Label of an axis: the symbol of a field with its unit."""
+    """Label of an axis: the symbol of a field, with its unit unless it is 1."""
     return field.symbol if field.units == "1" else f"{field.symbol} ({field.units})"
 
 
 def decimals(number: Fraction, places: int) -> str:
-    """A number, rounded to so many digits behind the point."""
+    """A number as text, rounded to `places` digits after the point."""
     return f"{Decimal(f'{round(number * 10**places)}e-{places}'):f}"
 
 
@@ -79,7 +79,7 @@ def title(axes: Axes, letter: str, text: str, size: float = 8.5) -> None:
 
 
 def entry(label: str, **look: Any) -> Line2D:
-    """A line or a mark of a legend, for what is drawn alike."""
+    """Legend entry for lines or marks of a given look."""
     return Line2D([], [], label=label, **look)
 
 
@@ -94,12 +94,12 @@ def symbol_entries(zero: str = r"$z_i = 0$ (left)", one: str = r"$z_i = 1$ (righ
 def beside(
     axes: Axes, text: str, place: Any, right: float, above: float, **look: Any
 ) -> Annotation:
-    """Write a text beside a place, so many points to the right and above it."""
+    """Write a text beside a place, offset to the right and above by points."""
     return axes.annotate(text, place, (right, above), textcoords="offset points", **look)
 
 
 def arrow(axes: Axes, start: Any, end: Any, **look: Any) -> Annotation:
-    """Draw an arrow between two places, at the edge of a panel too."""
+    """Draw an arrow between two places, which may lie outside of the panel."""
     look = {"arrowstyle": "-|>", **look}
     return axes.annotate("", end, start, arrowprops=look, annotation_clip=False)
 
@@ -120,7 +120,7 @@ def panel(
 
 def column_edges(phases: Array) -> Array:
     """Edges of columns, halfway between their phases."""
-    # A single column has no spacing: any width shows it.
+    # A single column has no neighbour to derive a width from; any width shows it.
     step = np.diff(phases) if phases.size > 1 else np.array([1.0])
     inner = phases[:-1] + np.diff(phases) / 2
     return np.concatenate(([phases[0] - step[0] / 2], inner, [phases[-1] + step[-1] / 2]))
@@ -134,7 +134,7 @@ def draw_codes(
     norm: BoundaryNorm = SYMBOL_NORM,
     **look: Any,
 ) -> None:
-    """Draw an array of codes, (symbols, columns), between the edges of columns; symbol 1 below."""
+    """Draw an array of codes, (symbols, columns), between column edges; symbol 1 at the bottom."""
     rows = len(codes)
     axes.pcolormesh(edges, np.arange(rows + 1) + 0.5, codes, cmap=cmap, norm=norm, **look)
     axes.set_yticks([1, *range(5, rows + 1, 5)] if rows <= 40 else [1, rows])
@@ -149,13 +149,13 @@ def mark_doubt(axes: Axes, x: Array, certain: NDArray[np.bool_], size: float = 3
 
 
 def cell_ends(values: Array) -> tuple[float, float]:
-    """The outer ends of cells, from their middles."""
+    """The outer ends of a row of cells, from their evenly spaced middles."""
     half = (values[1] - values[0]) / 2
     return float(values[0] - half), float(values[-1] + half)
 
 
 def draw_cells(axes: Axes, x: Array, y: Array, values: Array, **colours: Any) -> AxesImage:
-    """Draw the values of a plane of cells, (rows, columns), around their middles, as colours."""
+    """Draw the values of a plane of cells, (rows, columns), as colours; x, y are cell middles."""
     return axes.imshow(
         values,
         origin="lower",
@@ -173,16 +173,16 @@ def draw_changes(
     codes: NDArray[np.uint8],
     lines: tuple[tuple[float, str], ...] = LINES,
 ) -> None:
-    """Draw the changes of the first symbols of codes (symbols, rows, columns)."""
+    """Draw lines where the first symbols of codes (symbols, rows, columns) change."""
     for (width, grey), layer in reversed(list(zip(lines, codes, strict=False))):
         if (layer != layer.flat[0]).any():
             axes.contour(x, y, layer == 1, [0.5], colors=grey, linewidths=width)
 
 
 def separatrix_ticks(axes: Axes, places: ArrayLike, digits: int) -> None:
-    """Name the separatrices 1, 2, 3, 4 and 1 again on a theta1 axis, whose limits they are.
+    """Name the separatrices 1, 2, 3, 4 and 1 again on a theta1 axis that ends at the outer ones.
 
-    Their theta1, ascending, is in radians, and written with so many digits behind the point.
+    `places` are their theta1, ascending, in radians, written with `digits` after the point.
     """
     x = np.asarray(places, dtype=float).tolist()
     labels = [

@@ -1,11 +1,11 @@
-"""Orbits in principal axes by heyoka: they share no arithmetic and no component with ours.
+"""Orbits in principal axes by heyoka, which share no arithmetic and no component with ours.
 
-Euler's and Poisson's equations themselves, in M and gamma and physical time, know nothing of
-separatrices, of J1 or of aligned components. A crossing is told by the angle theta1 alone, so
-that symbols that are found so share the body with those of route codes, and nothing else.
+The Euler-Poisson equations, in M and gamma and physical time, contain no separatrices, no J1 and
+no aligned components. The separatrix of a crossing is found from the angle theta1 alone, so that
+these symbols have only the body in common with those of route codes.
 
-heyoka is a peer in speed and an independent truth, for the benchmark and the stress trials:
-nothing that computes a result uses it, and it comes with the extra `bench`.
+heyoka is a peer in speed and an independent truth for the benchmark and the stress trials.
+Nothing that computes a result uses it; it comes with the extra `bench`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def installed() -> bool:
 
 @functools.cache
 def heyoka() -> Any:
-    """heyoka, quiet, and without its cache on disk, which believes whatever it reads."""
+    """The module heyoka, without messages, and without its disk cache, which is not verified."""
     import heyoka as imported
 
     imported.set_logger_level_error()
@@ -47,29 +47,30 @@ def heyoka() -> Any:
 
 
 def offers(bits: int) -> bool:
-    """True if it has a type of so many bits here: 53, or 64 or 113 on some machines."""
+    """True if heyoka has numbers of 53, 64 or 113 bits on this machine."""
     if bits == 64:
         return np.finfo(np.longdouble).nmant == 63
     return bits == 53 or (bits == 113 and hasattr(heyoka(), "real128"))
 
 
 def working_type(bits: int) -> Any:
-    """Its type of numbers of 53, 64 or 113 bits."""
+    """Type of heyoka's numbers of 53, 64 or 113 bits."""
     return {53: float, 64: np.longdouble, 113: getattr(heyoka(), "real128", None)}[bits]
 
 
 def typed(x: Scalar, kind: Any) -> Any:
-    """A number of a type, from a float, a Fraction or an mpmath number: a sum of doubles."""
+    """A float, Fraction or mpmath number as a number of another type, by a sum of doubles."""
     total, rest = kind(0), x
+    # Each head is the double nearest to the rest, so that the subtractions are exact.
     while head := float(rest):
         total, rest = total + kind(head), rest - type(x)(head)
     return total
 
 
 TRUTH_BITS = 64, 113
-"""Precisions that say which of two computations is right."""
+"""Precisions that decide which of two computations is right."""
 DEARER = 30.0
-"""Time of an orbit in 113 bits over that in 64: 20 to 37 on four bodies."""
+"""Time of an orbit in 113 bits over that in 64: 20 to 37 with four bodies."""
 
 
 def integrator(
@@ -79,10 +80,10 @@ def integrator(
     bits: int,
     crossed: Callable[[Any, int], bool] | None = None,
 ) -> Any:
-    """heyoka's integrator of one orbit in numbers of 53, 64 or 113 bits, to their rounding.
+    """Make heyoka's integrator of one orbit in 53, 64 or 113 bits, with a rounding as tolerance.
 
-    ``field(A, r, mu)`` gives the function from `size` components to their derivatives. `crossed` is
-    called with the integrator, and a sign, where M3 = 0; it goes on where that gives True.
+    ``field(A, r, mu)`` gives the function from `size` components to their derivatives. At M3 = 0
+    `crossed` is called with the integrator and a sign; the integration goes on if it returns True.
     """
     hy, kind, m = heyoka(), working_type(bits), context(bits + GUARD_BITS)
     names = [hy.make_vars(f"x{i}") for i in range(size)]
@@ -102,18 +103,18 @@ def integrator(
 
 
 def carry(made: Any, state: Sequence[Any], end: float) -> list[float]:
-    """Carry a state from time 0 to a later one, with such an integrator; rounded to doubles."""
+    """Integrate a state from time 0 to `end` with `integrator`'s product; rounded to doubles."""
     kind = type(made.time)
     made.time, made.state[:] = kind(0), [typed(x, kind) for x in state]
     if made.with_events:
-        # heyoka looks away from an event for a while after it: the last orbit's are not this one's.
+        # heyoka ignores an event for a while after it; the last orbit's must not hide this one's.
         made.reset_cooldowns()
     made.propagate_until(kind(end))
     return [float(x) for x in made.state]
 
 
 def initial(problem: RouteProblem, theta2_0: Any, bits: int = 53) -> list[list[Any]]:
-    """M and gamma, physical, at the start of each orbit: n lists of 6 numbers in `bits` bits.
+    """Physical M and gamma at the start of each orbit: n lists of 6 numbers in `bits` bits.
 
     The start is theta1_0 = alpha0 + beta0, J1_0, J2_0, J3 = 0 in Andoyer variables, rounded
     once; each theta2_0 is exact.
@@ -133,7 +134,7 @@ def initial(problem: RouteProblem, theta2_0: Any, bits: int = 53) -> list[list[A
 
 
 def euler_poisson_field(A: Any, r: Any, mu: Any) -> Any:
-    """Euler-Poisson in principal axes, of 6 numbers."""
+    """Field of the Euler-Poisson equations in principal axes, of 6 numbers, per physical t."""
     return lambda y: euler_poisson(y[:3], y[3:6], A, r, mu)
 
 
@@ -142,8 +143,8 @@ def codes(
 ) -> NDArray[np.uint8]:
     """The symbols of orbits, (n_symbols, n), `NO_SYMBOL` where there is none.
 
-    Phases are theta2_0, radians; bits are 53, 64 or 113, of a type that heyoka has here; jobs are
-    processes at a time.
+    `phases` are theta2_0, radians; `bits` are 53, 64 or 113, as heyoka offers here; `jobs` is the
+    number of processes.
     """
     body = problem.body
     # In physical time, t = t'/s.
@@ -162,10 +163,11 @@ def settled(
     jobs: int,
     seconds: float = math.inf,
 ) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
-    """The symbols of orbits in doubt, and the orbits that stay so where 113 bits are not offered.
+    """The true symbols of orbits, and the orbits that stay in doubt.
 
-    64 bits, at far less than the cost of 113, settle what agrees with the `doubted` symbols that
-    were found otherwise; the word of 113 bits is final, if they take no more than some seconds.
+    64 bits, far cheaper than 113, settle orbits whose symbols agree with the `doubted` ones, which
+    were found by other means. The others are decided by 113 bits, if heyoka offers them and they
+    are expected to take no more than `seconds`.
     """
     true, columns = doubted.copy(), np.arange(len(phases))
     for bits in filter(offers, TRUTH_BITS):
@@ -180,10 +182,9 @@ def settled(
 
 
 def judged(answer: Any, true: Any) -> dict[str, int]:
-    """Numbers of symbols of as many orbits as the truth has: of all, of wrong ones, and so on.
+    """Count symbols of an answer, as far as the truth goes: all, wrong, wrong trusted, undecided.
 
-    Those vouched for are told apart, and undecided ones; where it does not say which are `certain`
-    all of its `codes` are vouched for.
+    A symbol is trusted if the answer calls it `certain`; without that field all `codes` are.
     """
     n = true.shape[1]
     wrong = answer.codes[:, :n] != true
@@ -193,7 +194,7 @@ def judged(answer: Any, true: Any) -> dict[str, int]:
 
 
 def _angles(states: Any, body: Body, n_crossings: int, limit: float, bits: int) -> Array:
-    """2 l, with l = atan2(M1, M2), at the crossings of M3 = 0: (n_crossings, n), NaN for none."""
+    """Angles 2 atan2(M1, M2) at the crossings of M3 = 0: (n_crossings, n), NaN for none."""
     orbit: list[float] = []
 
     def record(made: Any, _: int) -> bool:
@@ -212,6 +213,7 @@ def _angles(states: Any, body: Body, n_crossings: int, limit: float, bits: int) 
 
 def beside(theta1: Array, places: Array) -> NDArray[np.uint8]:
     """The separatrix nearest in theta1, modulo 4 pi: 1..4, and 0 for no crossing."""
+    # Distances modulo the period 4 pi of theta1, between 0 and 2 pi.
     gaps = np.abs(np.remainder(theta1 - places[:, None, None] + TURN, 2 * TURN) - TURN)
     nearest = np.argmin(np.where(np.isnan(gaps), np.inf, gaps), axis=0) + 1
     return np.where(np.isnan(theta1), 0, nearest).astype(np.uint8)

@@ -22,43 +22,43 @@ if TYPE_CHECKING:
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
 
 AT_FIRST, AT_SECOND, GROWTH = 1e-12, 1e-8, 3.5
-"""Allowed difference of the times of crossings 1 and 2, t', and its growth from there on."""
+"""Allowed difference of the times of crossings 1 and 2, t', and its growth per later crossing."""
 APART = 0.02
-"""Allowed difference of the times of certain crossings, t'.
+"""Largest allowed difference of the times of certain crossings, t'.
 
-Of two results each may err by a hundredth, far from the radian of the phase at which a symbol
-turns over."""
+Each of two results may err by a hundredth, far less than the radian of the phase that changes a
+symbol."""
 
 
 def crossing_tolerance(crossings: int, growth: float = GROWTH) -> Array:
     """Allowed difference of the times of each of so many crossings, t', (crossings, 1).
 
-    On the way to the first crossing an error stays relative. On a passage at a distance d it
-    grows by 1/d, as exp(u T/2) with the time T that the passage takes, and T by its logarithm.
+    On the way to the first crossing a relative error does not grow. In a passage at a distance d
+    it grows by 1/d, which is exp(u T/2) where T is the time of the passage, and T by its logarithm.
     Between scalar and batched, full and compact builds the largest difference of 4,000 random
     phases (body of Fig. 4) was 4e-15 at the first crossing, 2e-11 at the second, and then grew
-    by 3.4 a crossing, to 5e-4 at the sixteenth; DOP853 is ten times as far off. More than
-    `APART` no certain symbol leaves room for.
+    by 3.4 a crossing, to 5e-4 at the sixteenth; DOP853 is ten times as far off. The bound ends at
+    `APART`, since certain symbols exclude more.
     """
-    # In logarithms, for of a thousand crossings the power itself has no double.
+    # In logarithms, because the power of a thousand crossings overflows.
     exponent = np.log(AT_SECOND) + np.log(growth) * np.arange(crossings - 1.0)
     grown = np.minimum(np.exp(np.minimum(exponent, 0.0)), APART)
     return np.concatenate(([AT_FIRST], grown))[:, None]
 
 
 kept = where(lambda stored, fresh: stored["certain"])
-"""Bound of certainty: a symbol that has become certain is no loss, one that was stays so."""
+"""Bound of certainty: symbols may become certain, but none may cease to be."""
 known = where(lambda stored, fresh: stored["certain"] & fresh["certain"])
-"""Bound of symbols: they are the same where both are certain."""
+"""Bound of symbols: they must be equal where both results are certain."""
 
 
 def crossed(within: Callable[[int], Any]) -> Allowed:
-    """Crossings of certain symbols differ by what is allowed of so many."""
+    """Bound of crossings: `within` of their number, at certain symbols only."""
 
     def allowed(name: str, stored: Data, fresh: Data) -> Any:
         certain = stored["certain"] & fresh["certain"]
-        # A crossing is as certain as the symbol that it ends; the first, which ends
-        # none, as the symbol that it begins.
+        # A crossing is as certain as the symbol that it ends. The first crossing ends
+        # none, and is as certain as the symbol that it begins.
         after = np.vstack((certain[:1], certain))
         return np.where(after, within(len(after)), np.inf)
 
@@ -101,7 +101,7 @@ MEANING = {
 """Fields of an array of route codes."""
 
 _step = partial(Field, WHOLE, ("steps",), "1", within=ANY)
-# What polynomials prove is compared, not these: their last digits differ between processors.
+# Their last digits differ between processors: only what they prove is compared.
 STEPS = {
     "family": _step("the family of orbits of which a step is, counted from 0"),
     "bits": _step("its coefficients are in units of 2^-bits"),
@@ -122,11 +122,11 @@ STEPS = {
         within=ANY,
     ),
 }
-"""Fields of the polynomials that prove what a result says of families of orbits."""
+"""Fields of the polynomials that prove a result's statements on families of orbits."""
 
 
 EACH = ("bodies", "mu")
-"""Dimensions of what each body has at each weight."""
+"""Dimensions of a field with a value for each body at each weight."""
 NAME = text("text", "(bodies,): as in the config", "bodies", coordinate=True)
 RATIO = 1e-13
 """Allowed relative difference of a quotient."""
@@ -134,11 +134,11 @@ MU_OVER_H0 = double(
     "1", "weight over energy", "mu", within=relative(RATIO), symbol=r"$\mu/h_0$", coordinate=True
 )
 SMALL = 1e-2
-"""Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
+"""Largest mu/h0 at which slopes are fitted: above it the next order in mu is visible."""
 
 
 def rational(number: Exact) -> Fraction:
-    """A number that a schema holds to be rational."""
+    """The fraction of a number that the schema has checked to be rational."""
     assert number.fraction is not None
     return number.fraction
 
@@ -149,7 +149,7 @@ def columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
 
 
 def joined(found: Mapping[str, Any]) -> dict[str, Any]:
-    """Join the fields of all bodies, given by name, one after the other; with their names."""
+    """Stack the fields of all bodies, given by name, along a first axis; with their names."""
     first, *_ = found.values()
     each = {key: np.array([body[key] for body in found.values()]) for key in first}
     return {"name": list(found), **each}
@@ -160,13 +160,22 @@ def mu_over_h0(problem: WeightedBodies) -> Array:
     return np.array([float(mu / problem.h0) for mu in problem.mu])
 
 
-def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
-    """Fit the slope of values in mu, both logarithmic; NaN for less than two points.
+def slope_weights(ratio: Array, values: Array, floor: Array | float = 0.0) -> Array:
+    """Weights (n,) of log(values) in the slope over log(mu), which least squares fit.
 
-    Where mu/h0 is above `SMALL` they are left out, and where they are not above a floor: those
-    are rounding.
+    They are 0 for values at mu/h0 above `SMALL`, and for values up to `floor`, which are rounding.
+    All are 0 for fewer than two points.
     """
     kept = (ratio <= SMALL) & (values > floor)
-    if kept.sum() < 2:
-        return float("nan")
-    return float(np.polyfit(np.log(ratio[kept]), np.log(values[kept]), 1)[0])
+    weights = np.zeros(len(ratio))
+    if kept.sum() > 1:
+        off = np.log(ratio[kept]) - np.log(ratio[kept]).mean()
+        weights[kept] = off / (off @ off)
+    return weights
+
+
+def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
+    """Fit the slope of log(values) over log(mu) by :func:`slope_weights`; NaN if all are 0."""
+    weights = slope_weights(ratio, values, floor)
+    fitted = weights != 0
+    return float(weights[fitted] @ np.log(values[fitted])) if fitted.any() else float("nan")

@@ -2,13 +2,13 @@
 
 Modules
 -------
-files       files written whole or not at all, sealed; what killed writers left, by its age
-cache       kept files, each with what it is of, and the user's folder of them
-workers     threads and processes side by side
-progress    how far long work is, and how long the rest takes, on stderr
-code_hash   what a module runs, in sixteen digits
+files       files written completely or not at all, with digests; removal of old leftovers
+cache       cached files, each with its origin, and the user's cache folder
+workers     parallel threads and processes
+progress    progress of long work and the time left, on stderr
+code_hash   hash of the code that a module runs, sixteen digits
 signals     signal handling (SIGTERM, SIGINT)
-wording     words fit for a message; tables for a terminal, in Markdown or HTML
+wording     texts made fit for a message; tables for a terminal, in Markdown or HTML
 """
 
 import atexit
@@ -16,9 +16,9 @@ import gc
 
 
 def leave_garbage() -> None:
-    """Let this process look for garbage seldom, and not when it ends.
+    """Let this process collect garbage seldom, and not when it ends.
 
-    To look among what was just imported is a tenth of a start, and the end gives all memory back.
+    Collections among objects just imported take a tenth of a start, and the end frees all memory.
     """
     gc.set_threshold(200_000)
     atexit.register(gc.freeze)

@@ -1,10 +1,10 @@
-"""Kept files, each with what it is of, sealed; the cache, a folder of the user's of them.
+"""Cached files, each sealed with its origin; and the user's cache, a folder of such files.
 
-What can be made again is kept: compiled code, return maps, parts of a run. A file's name proves
-nothing: it may be a copy of another, or left by other code. So all that a content follows from
-stands behind it, whole, under the digest, and is compared when it is read. What does not fit is
-told, removed, and made again by whoever needs it: compiled code with a bit flipped crashes, or
-gives other numbers.
+Things that can be made again are cached: compiled code, return maps, parts of a run. The name of a
+file proves nothing: the file may be a copy of another, or left by other code. So its origin, which
+is everything that the content follows from, is stored after the content under one digest, and is
+compared when the file is read. A file that does not fit is reported, removed, and made again:
+compiled code with a flipped bit would crash, or give other numbers.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from typing import NamedTuple
 from rigidpend.machine import files
 
 MARK = b"\nrigidpend keeps this for "
-"""Mark between a content and what it is of."""
+"""Mark between a content and its origin."""
 DIGITS = 12
-"""Digits of the length of what it is of, which stand at the end."""
+"""Digits of the length of the origin, at the end of the file."""
 
 
 class KeptFileWarning(UserWarning):
-    """Warning: a kept file is not what it should be, or one cannot be kept."""
+    """Warning: a cached file is not what it should be, or a file cannot be cached."""
 
 
 def name_of(of: bytes) -> str:
-    """Name for the file of what follows from something; that it fits is no proof."""
+    """Name for the file of an origin; a fitting name is no proof of the origin."""
     return hashlib.sha256(MARK + of).hexdigest()[:32]
 
 
 def load_file(path: Path, of: bytes) -> bytes | None:
-    """The content of a kept file of something, which is all that the content follows from.
+    """The content of a cached file with the origin `of`.
 
-    None where there is no such file, and where it does not fit: it is damaged, of something else, a
-    link, or no regular file. Then a `KeptFileWarning` says so.
+    None if there is no such file. None with a `KeptFileWarning` if it does not fit: it is damaged,
+    of another origin, a link, or no regular file.
     """
     try:
         stored = files.content(path, links=False)
@@ -56,18 +56,18 @@ def load_file(path: Path, of: bytes) -> bytes | None:
         return inner[: -len(record)]
     with contextlib.suppress(OSError):
         path.unlink()
-    tell(path, "damaged" if inner is None else "of something else than its name says")
+    tell(path, "damaged" if inner is None else "made for something else than its name says")
     return None
 
 
 def save_file(path: Path, of: bytes, content: bytes) -> None:
-    """Keep a content in a file, whole or not at all; OSError where it cannot be written."""
+    """Store a content with its origin, completely or not at all; OSError if that fails."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.replace(path, files.sealed(content + _record(of)), lasting=False)
 
 
 def tell(path: Path, reason: str) -> None:
-    """Warn that a kept file is not used."""
+    """Warn that a cached file is not used."""
     warnings.warn(f"{path}: {reason}; it is made again", KeptFileWarning, stacklevel=2)
 
 
@@ -76,7 +76,7 @@ def _record(of: bytes) -> bytes:
 
 
 def reason(error: OSError | ValueError) -> str:
-    """Reason of an error, without the path that the system adds."""
+    """Text of an error, without the path that the system adds."""
     return str(getattr(error, "strerror", None) or error)
 
 
@@ -85,7 +85,7 @@ MEANING = {
     "maps": "return maps",
     "hashes": "hashes of code",
 }
-"""The subfolders of this version; others are of another."""
+"""Meanings of the subfolders of this version; other subfolders belong to other versions."""
 
 
 class Subfolder(NamedTuple):
@@ -95,11 +95,11 @@ class Subfolder(NamedTuple):
     meaning: str
     files: list[Path]
     size: int
-    """Bytes of all files."""
+    """Size of all files together, bytes."""
 
 
 def user_cache() -> Path:
-    """The folder where this user's programs keep what they can make again."""
+    """The folder for caches of all programs of this user."""
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
@@ -111,24 +111,24 @@ def folder() -> Path:
 
 
 def load(within: Path, of: bytes) -> bytes | None:
-    """The content of the file of a subfolder that is of something (see :func:`load_file`)."""
+    """The content of a cached file in a subfolder, by its origin (see :func:`load_file`)."""
     path = within / name_of(of)
     content = load_file(path, of)
     if content is not None:
         with contextlib.suppress(OSError):
-            # The time of the last use, by which `save` chooses.
+            # Sets the time of the last use, by which `save` chooses what to remove.
             os.utime(path)
     return content
 
 
 def save(within: Path, of: bytes, content: bytes, most: int) -> None:
-    """Keep a content in a subfolder; where it cannot be written that is told, once.
+    """Store a content in a subfolder; a failure is reported once.
 
-    At most so many bytes stay in the subfolder: the files used longest ago are removed.
+    At most `most` bytes stay in the subfolder: the files used longest ago are removed.
     """
     try:
         save_file(within / name_of(of), of, content)
-        # Files that begin with a point are being written by others.
+        # Names of files that are still being written begin with a dot.
         found = [_looked_up(path) for path in within.iterdir() if path.name[0] != "."]
         total = sum(size for _, size, _ in found)
         for _, size, path in sorted(found):
@@ -136,23 +136,23 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
                 path.unlink(missing_ok=True)
                 total -= size
     except OSError as error:
-        tell_once(f"{folder()}: nothing can be kept there ({reason(error)})")
+        tell_once(f"{folder()}: cannot be written ({reason(error)})")
 
 
 def _looked_up(path: Path) -> tuple[int, int, Path]:
-    """Time of a file's last use, and its size."""
+    """Time of a file's last use, its size, and its path."""
     try:
         found = path.lstat()
     except OSError:
-        # Another process has removed it.
+        # Another process has just removed it.
         return 0, 0, path
     return found.st_mtime_ns, found.st_size, path
 
 
 @functools.cache
 def tell_once(said: str) -> None:
-    """Warn of what is the same for all files, the first time."""
-    end = "what takes long is made again at each run; XDG_CACHE_HOME names another folder"
+    """Give a warning only the first time, because it is the same for all files."""
+    end = "compiled code and maps are made again at each run; XDG_CACHE_HOME names another folder"
     warnings.warn(f"{said}: {end}", KeptFileWarning, stacklevel=3)
 
 
@@ -172,11 +172,11 @@ def _looked_at(path: Path) -> Subfolder:
 
 
 def clear() -> None:
-    """Remove the whole cache; links are removed, not followed. OSError where that fails."""
+    """Remove the whole cache; links are removed, not followed. OSError if that fails."""
     found = folder()
     if found.is_symlink():
         raise NotADirectoryError(errno.ENOTDIR, "a link, which is not followed", str(found))
-    # Put aside first: another run may write into it meanwhile.
+    # Renamed first, because another run may write into the folder meanwhile.
     aside = found.with_name(f".{found.name}.{os.getpid()}.removed")
     with contextlib.suppress(FileNotFoundError):
         found.rename(aside)

@@ -1,6 +1,6 @@
-"""Hash of the package's code: what a module runs, and all that it imports of the package.
+"""Hash of the package's code: the code of a module, and of all modules of the package it imports.
 
-Comments, docstrings and layout don't count, nor what only type checkers import.
+Comments, docstrings, layout and imports for type checkers do not count.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from rigidpend.machine import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
 KEPT = 100_000
-"""Bytes of all hashes that are kept, of which each takes some 300."""
+"""Bytes of all hashes in the cache, of which each takes some 300."""
 
 
 def inside(*place: str) -> Path:
-    """A file of the package, by the folders that lead to it."""
+    """Path of a file of the package, from folders and name."""
     return PACKAGE.joinpath(*place)
 
 
 def code_hash_of(*files: Path) -> str:
-    """Hash the code of some of the package's files and of all that they import of the package."""
+    """Hash of the code of some of the package's files, and of all that they import from it."""
     places = [each.relative_to(PACKAGE).as_posix() for each in files]
-    # To read them takes a third of a second.
+    # Cached, because reading and parsing the files takes a third of a second.
     of, kept = f"{places} in {package_digest()}".encode(), cache.folder() / "hashes"
     found = cache.load(kept, of)
     if found is None:
@@ -44,14 +44,14 @@ def package_digest() -> str:
 
 
 def needed(first: Sequence[Path]) -> dict[str, str]:
-    """Collect the code of the package's files that some of them import, by their places."""
+    """Digests of the code of some files of the package and all that they import, by place."""
     found: dict[str, str] = {}
     package = str(PACKAGE)
     names = [".".join(each.relative_to(PACKAGE.parent).with_suffix("").parts) for each in first]
     waiting = [place for name in names for place in _files(name)]
     while waiting:
         place = waiting.pop()
-        # Mere names, and other packages, have no file here.
+        # Imported names that are no modules, and other packages, have no file here.
         if place not in found and place in sources(package).files:
             found[place], imported = _read(sources(package).files[place])
             waiting += [place for name in imported for place in _files(name)]
@@ -62,13 +62,13 @@ class Sources(NamedTuple):
     """The source files of the package."""
 
     files: dict[str, bytes]
-    """Their content, by their places."""
+    """Content of the files, by place."""
     digest: str
 
 
 @functools.cache
 def sources(package: str) -> Sources:
-    """Read the source files in a folder; a process's own code does not change meanwhile."""
+    """Read the source files in a folder, once: the code of a process does not change meanwhile."""
     found, every = {}, hashlib.sha256()
     for folder, inner, names in os.walk(package):
         inner.sort()
@@ -82,7 +82,7 @@ def sources(package: str) -> Sources:
 
 @functools.cache
 def _read(source: bytes) -> tuple[str, list[str]]:
-    """Digest of the code of a file that runs, and the names that it imports."""
+    """Digest of the running code of a file, and the names that it imports."""
     tree = _Running().visit(ast.parse(source))
     names: set[str] = set()
     for node in ast.walk(tree):
@@ -94,7 +94,7 @@ def _read(source: bytes) -> tuple[str, list[str]]:
 
 
 class _Running(ast.NodeTransformer):
-    """Filter of what runs: neither docstrings nor what is for type checkers only."""
+    """Filter that removes docstrings and code for type checkers."""
 
     def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
         text = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
@@ -107,7 +107,7 @@ class _Running(ast.NodeTransformer):
 
 
 def _files(name: str) -> list[str]:
-    """Places at which the code may be that runs when a name is imported: folders run first."""
+    """Places of the files that may run when a name is imported; `__init__.py` of folders first."""
     package, *inner = name.split(".")
     if package != PACKAGE.name:
         return []
@@ -116,5 +116,5 @@ def _files(name: str) -> list[str]:
 
 
 def digest(text: str) -> str:
-    """Hash of a text, 16 digits."""
+    """Hash of a text, 16 hexadecimal digits."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]

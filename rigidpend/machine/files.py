@@ -1,6 +1,6 @@
-"""Files written whole or not at all, sealed against damage, with nothing left behind for long.
+"""Files written completely or not at all, with digests against damage, and without old leftovers.
 
-What a killed process left is told by its age: no lock says whether anybody is still at work on it.
+Leftovers of killed processes are recognised by their age, since there are no locks.
 """
 
 from __future__ import annotations
@@ -18,61 +18,59 @@ from rigidpend.machine import signals
 from rigidpend.numbers.checked import ParameterError
 
 CERTIFICATE = ".certificate"
-"""Ending of the name of a certificate, behind that of its result."""
+"""Ending of the name of a certificate, after the name of its result."""
 SEAL = b"\nrigidpend sha256 "
 """Mark between the content of a file and its digest."""
 SEAL_LENGTH = len(SEAL) + 64 + 1
 LARGEST = 2**31
-"""Bytes of a file that is read, and of what it holds, at most."""
-COPIES = 3
-"""Number of times that a run holds a result: as parts, as a whole, and as the image of the file."""
+"""Largest number of bytes of a file that is read, and of its arrays."""
 DAY = 86_400.0
-"""Seconds without a change after which a file or folder is taken for one that was left behind."""
+"""Seconds without a change after which a file or folder counts as left behind."""
 
 
 class StoreError(RuntimeError):
-    """A file that cannot be read or written."""
+    """Error: a file that cannot be read or written."""
 
     file: Path | None = None
-    """The result or certificate, where that is absent or cannot be used."""
+    """The result or certificate that is absent or cannot be used, if it is one."""
 
     @classmethod
     def of(cls, file: Path, said: str) -> Self:
-        """An error of a result or certificate that is absent or cannot be used."""
+        """Make an error on a result or certificate that is absent or cannot be used."""
         error = cls(f"{file}: {said}")
         error.file = file
         return error
 
 
 class Absent(StoreError):
-    """Error: something that is needed and not there: a result, a reference, a library."""
+    """Error: something needed is absent: a result, a reference, a library."""
 
 
 def afford(field: str, count: int, size: int, what: str) -> None:
-    """Refuse so many values of so many bytes where that is more memory than results may take.
+    """Refuse `count` values of `size` bytes if no result that is read again can hold them.
 
-    `field` is the parameter that asks for them, `what` they are in words, with their number.
+    `field` is the parameter that asks for them, `what` describes them with their number.
     Raises ParameterError.
     """
-    needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST))
-    if needed > most:
-        message = f"{what} need about {needed:.3g} GB of memory, and {most:.2g} GB is the most"
+    held, most = (x / 1e9 for x in (count * size, LARGEST))
+    if held > most:
+        message = f"{what} make a result of about {held:.3g} GB, and {most:.3g} GB is the most"
         raise ParameterError(field, message)
 
 
 def content(path: Path, *, links: bool = True) -> bytes:
-    """Read a file, if it is a regular one and of bearable size.
+    """Read a regular file of at most `LARGEST` bytes.
 
-    Nothing is waited for. OSError as :func:`open`, with ELOOP for a link where none may be;
-    ValueError for a pipe, a device or a folder, and for what is too large.
+    Never blocks. OSError as :func:`open`, with ELOOP for a link unless `links`; ValueError for a
+    pipe, a device or a folder, and for a file that is too large.
     """
-    # Looked at first, for to open a device can have effects; then again, for it may have changed.
+    # Checked before opening, which can affect a device, and again after, as it may have changed.
     _check_regular(os.stat(path))
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags | (0 if links else getattr(os, "O_NOFOLLOW", 0)))
     with os.fdopen(handle, "rb") as file:
         _check_regular(os.fstat(handle))
-        # No more room than it takes: a limit on memory counts what is asked for.
+        # No more than the size and a byte is requested, which is what a limit on memory counts.
         found = file.read(os.fstat(handle).st_size + 1)
     if len(found) > LARGEST:
         raise ValueError(f"more than {LARGEST} bytes")
@@ -87,10 +85,10 @@ def _check_regular(found: os.stat_result) -> None:
 
 
 def prepare(path: Path, otherwise: str = "choose another folder with --out") -> None:
-    """Make the folder of a file to come, so that a long computation does not end in vain.
+    """Make the folder of a future file, so that a long computation does not end in vain.
 
-    StoreError where nothing can be written to it, with what to do otherwise, or a folder is in the
-    file's place.
+    StoreError if the folder cannot be written to, with the advice `otherwise`, or if a folder is in
+    the file's place.
     """
     make_way(path)
     try:
@@ -104,16 +102,16 @@ def prepare(path: Path, otherwise: str = "choose another folder with --out") -> 
 
 
 def make_way(path: Path) -> None:
-    """Refuse a folder in the place of a file to come; what is in it is for its owner to judge."""
+    """Refuse a folder in the place of a future file; only its owner may remove it."""
     if path.is_dir() and not path.is_symlink():
         said = "a folder is in the place of a file: move it away, or remove it if it is not needed"
         raise StoreError(f"{path}: {said}")
 
 
 def write(path: Path, content: bytes) -> None:
-    """Write a file whole, as :func:`replace` does; StoreError in a sentence where that fails.
+    """Write a file completely, as :func:`replace` does; StoreError with a sentence if that fails.
 
-    Then what was there before is untouched.
+    After a failure the previous file is untouched.
     """
     make_way(path)
     try:
@@ -125,8 +123,8 @@ def write(path: Path, content: bytes) -> None:
 def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
     """Give a file new content in one step, so that no reader sees half of it.
 
-    What killed writers of the same file left is removed. What is not `lasting` may be lost when
-    the machine fails.
+    Leftovers of killed writers of the same file are removed. Without `lasting` the content may be
+    lost when the machine fails.
     """
     sweep(path)
     handle, temporary = _temporary(path)
@@ -147,9 +145,9 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
 
 
 def twin(path: Path) -> str:
-    """Name of a file there that differs in case only, and on some systems is the same file.
+    """Name of a file that differs from a path only in case, which some systems ignore.
 
-    Empty where there is none, or where the file itself is there.
+    Empty if there is none, or if the file itself exists.
     """
     try:
         names = os.listdir(path.parent)
@@ -160,7 +158,7 @@ def twin(path: Path) -> str:
 
 
 def sweep(path: Path, least: float = DAY) -> None:
-    """Remove what killed writers of a file left beside it, if it is so many seconds old."""
+    """Remove leftovers of killed writers of a file, if they are at least `least` seconds old."""
     for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
         if is_left(left, least):
             with contextlib.suppress(OSError):
@@ -168,7 +166,7 @@ def sweep(path: Path, least: float = DAY) -> None:
 
 
 def is_left(path: Path, least: float = DAY) -> bool:
-    """True if a file or folder, and no link or pipe, has not changed for so many seconds."""
+    """True if a file or folder (no link or pipe) has not changed for `least` seconds."""
     try:
         found = path.lstat()
     except OSError:
@@ -178,12 +176,12 @@ def is_left(path: Path, least: float = DAY) -> bool:
 
 
 def sealed(content: bytes) -> bytes:
-    """The content with its digest behind it."""
+    """The content followed by its digest."""
     return content + _seal(content)
 
 
 def unsealed(content: bytes) -> bytes | None:
-    """The content in front of its digest; None where there is no digest, or not its own."""
+    """The content before a digest; None if there is no digest, or if it does not fit."""
     inner = content[:-SEAL_LENGTH]
     return inner if content[-SEAL_LENGTH:] == _seal(inner) else None
 
@@ -193,7 +191,7 @@ def _seal(content: bytes) -> bytes:
 
 
 def _temporary(path: Path) -> tuple[int, str]:
-    """A new file beside another, as readable as any that is made here."""
+    """A new temporary file beside another, with the usual permissions of new files."""
     name = str(path.with_name(f".{path.name}.{os.urandom(4).hex()}.part"))
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
     return os.open(name, flags, 0o666), name

@@ -19,17 +19,17 @@ from typing import Any, Self
 PERIOD = 0.5
 """Seconds between changes of the line on a terminal."""
 PATIENCE, LOG_PATIENCE = 3.0, 30.0
-"""Seconds of silence before a line that changes, and before lines that stay."""
+"""Seconds of silence before a changing line is shown, and before permanent lines are."""
 BETWEEN = 2.0
-"""Seconds from a line to one on a part, where each line stays."""
+"""Least seconds before a permanent line on a part, after the previous line."""
 RECENT = 4.0
-"""Power of the share that was done by which a part weighs: the last fifth weighs 0.6 of all."""
+"""Power of the finished share by which a part is weighted: the last fifth has a weight of 0.6."""
 BELIEF = 0.05
-"""Share after which an experiment's own pace counts as much as what was expected of it."""
+"""Share of an experiment after which its own pace counts as much as its expected time."""
 
 
 class PartDone(str):
-    """A line of progress that also knows what share of an experiment is done."""
+    """A line of progress with the finished share of an experiment."""
 
     share: float
 
@@ -48,11 +48,11 @@ class _Course:
 
     begun: float
     last: float
-    """When its last part was done."""
+    """Time at which its last part was finished."""
     line: str = ""
-    """Last that was said of it."""
+    """Last line about it."""
     took: float | None = None
-    """Seconds that it took, once it is over."""
+    """Seconds that it took, after its end."""
     share: float = 0.0
     time: float = 0.0
     """Weighted seconds of the parts so far."""
@@ -60,35 +60,38 @@ class _Course:
     """Weighted shares of the same parts."""
 
     def hear(self, text: str, now: float) -> None:
-        """Take up a line, and the part that it may be of."""
+        """Take a line, which may report a part."""
         self.line, share = text, getattr(text, "share", 0.0)
         if share > self.share:
+            # A part weighs as share^RECENT at its end; relative to the new part earlier ones fade.
             fading = (self.share / share) ** RECENT
             self.time = fading * self.time + now - self.last
             self.done = fading * self.done + share - self.share
             self.last, self.share = now, share
 
     def rest(self, expected: float | None, now: float) -> float | None:
-        """Estimate the seconds that are left; None where nothing tells."""
+        """Estimate of the seconds left; None if nothing is known."""
         own = self.time / self.done if self.done else expected
         if own is None:
             return None
+        # The more is done, the more its own pace counts against the expectation.
         belief = self.share / (self.share + BELIEF)
         whole = belief * own + (1 - belief) * (own if expected is None else expected)
         left = (1 - self.share) * whole - (now - self.last)
-        # What takes longer than was expected, and never said how far it is, may take any time.
+        # If it takes longer than expected and never reported a share, nothing is known.
         return None if left < 0 and not self.share else max(0.0, left)
 
 
 class Progress:
     """Display of the progress of several experiments, used in a ``with`` statement.
 
-    It estimates the time left. A :class:`PartDone` says how far its experiment is. What an
-    experiment is expected to take, in seconds by its name, counts until its own parts tell more;
-    the experiments that are over say how much slower or faster this machine is than expected.
+    It estimates the time left. A :class:`PartDone` reports the share of its experiment. The
+    expected time of an experiment, in seconds by name, counts until its own parts tell more; the
+    finished experiments tell how much slower or faster this machine is than expected.
 
-    The start is when the command began, by the clock. For `patience` seconds nothing is said of
-    what may soon be over. What is quiet says nothing, what is verbose everything with its time.
+    `start` is the clock's time at which the command began. For the first `patience` seconds nothing
+    is shown, since the work may soon be finished. A quiet display shows nothing, a verbose one
+    every line with its time.
     """
 
     def __init__(
@@ -135,12 +138,12 @@ class Progress:
                     self._print(f"{name}: {text}")
 
     def clear(self) -> None:
-        """Clear the changing line, for others write to the terminal."""
+        """Clear the changing line, because something else writes to the terminal."""
         with self._lock:
             self._show("")
 
     def end(self, name: str, *, well: bool) -> None:
-        """Note that an experiment is over: on a terminal its last line stays, if it ended well."""
+        """Note the end of an experiment: on a terminal its last line stays, if it ended well."""
         with self._lock:
             now = self._clock()
             course = self._courses.setdefault(name, _Course(now, now))
@@ -149,16 +152,17 @@ class Progress:
                 self._show("")
                 if well:
                     self._print(f"{name}: {course.line}")
-            # A log needs no word on what ends at once, and a failure may be the end of all.
+            # A log needs no count when little is left, nor after a failure, which may end all.
             elif well and (self.left() or 0.0) >= 1.0:
                 self._print(self.said())
 
     def left(self) -> float | None:
-        """Estimate the seconds that the rest takes; None where nothing is known of it."""
+        """Estimate of the seconds that the rest takes; None if nothing is known."""
         now, courses = self._clock(), self._courses
         over = {name: x.took for name, x in courses.items() if x.took is not None}
         known = [name for name in over if name in self._expected]
         whole = sum(self._expected[name] for name in known)
+        # What was finished so far shows how slow this machine is beside the expectations.
         slowness = sum(over[name] for name in known) / whole if whole > 0 else 1.0
         expected = {name: slowness * x for name, x in self._expected.items()}
         running = {name: x for name, x in courses.items() if x.took is None}
@@ -169,7 +173,7 @@ class Progress:
         taken = [now - x.begun + rest for x, rest in zip(running.values(), sure, strict=True)]
         taken += over.values()
         waiting = [x for name, x in expected.items() if name not in courses]
-        # The others are taken to be like those that have begun.
+        # Experiments without any estimate are assumed to be like those that have begun.
         others = max(0, self._total - len(courses) - len(waiting))
         left = sum(sure) + sum(waiting) + others * sum(taken) / len(taken)
         return left / min(self._at_once, max(1, self._total - len(over)))
@@ -183,13 +187,13 @@ class Progress:
         return f"{done} of {self._total} done{gone}{rest}"
 
     def tell(self, line: str, *, detail: bool = False) -> None:
-        """Write a line that stays; a detail only where everything is said."""
+        """Write a permanent line; a detail only if the display is verbose."""
         if self._verbose or not detail:
             with self._lock:
                 self._print(line)
 
     def _due(self, text: str) -> bool:
-        """True if a line is to be shown: not too early, and parts not too often in a log."""
+        """True if a line is due: not too early, and in a log lines on parts not too often."""
         now = self._clock()
         if now - self._start < self._patience:
             return False
@@ -210,8 +214,8 @@ class Progress:
         self._show(f"[{self.said()}] {self._latest}: {self._courses[self._latest].line}")
 
     def _show(self, text: str) -> None:
-        """Change the changing line; the rest of a longer one is written over with blanks."""
-        # A line as wide as the terminal would wrap, and the next one not write over it.
+        """Replace the changing line; blanks cover the rest of a longer one."""
+        # A line as wide as the terminal would wrap, and the next one would not cover it.
         text = text[: shutil.get_terminal_size().columns - 1]
         if text != self._shown:
             blanks = " " * (len(self._shown) - len(text))
@@ -219,7 +223,7 @@ class Progress:
         self._shown = text
 
     def _write(self, text: str) -> None:
-        """Write for people; where there is no room, their words are no reason not to compute."""
+        """Write to stderr; on a full disk the message is lost, and the computation goes on."""
         try:
             self._stream.write(text)
             self._stream.flush()
@@ -229,7 +233,7 @@ class Progress:
             self._quiet = True
 
     def _tick(self) -> None:
-        """Refresh the time left, between two lines too."""
+        """Refresh the time left periodically, also between two lines."""
         while not self._over.wait(PERIOD):
             with self._lock:
                 if self._courses and self._due("") and not self._over.is_set():
@@ -237,12 +241,12 @@ class Progress:
 
 
 def shown(total: int, expected: Mapping[str, float] = MappingProxyType({})) -> Progress:
-    """Display on stderr for what may soon be over: where lines stay it waits longer than else."""
+    """Display on stderr for work that may soon be finished: permanent lines wait longer."""
     return Progress(total, expected, patience=PATIENCE if changes(sys.stderr) else LOG_PATIENCE)
 
 
 def changes(stream: Any) -> bool:
-    """True if a line of a stream can be changed: on a terminal, and in a notebook."""
+    """True if a stream can replace its last line: on a terminal and in a notebook."""
     terminal = stream.isatty() and os.environ.get("TERM", "") != "dumb"
     return terminal or "ipykernel" in sys.modules
 

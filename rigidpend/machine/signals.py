@@ -1,11 +1,11 @@
-"""Ctrl-C and SIGTERM on the command line: noted at once, heeded where work can end.
+"""Ctrl-C and SIGTERM on the command line: noted at once, obeyed where work can end.
 
-A handler of Python's runs between any two instructions of the main thread, be it in a destructor
-or in a function that a library in C calls: what is raised there is lost, and the program goes on.
-So the handlers here do nothing. The system puts the signal's number into a pipe, a thread reads
-it, work looks at :func:`came` where it can end, and the process ends whatever it does meanwhile.
+A Python handler runs between any two instructions of the main thread, also in a destructor or in a
+callback from C: an exception raised there is lost, and the program goes on. So the handlers here do
+nothing. The system writes the signal's number into a pipe, and a thread reads it. Work checks
+:func:`came` where it can end; after a while the process ends whatever it is doing.
 
-In a notebook nothing of this is installed: there Ctrl-C is Python's `KeyboardInterrupt`.
+In a notebook none of this is installed: Ctrl-C stays Python's `KeyboardInterrupt`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from collections.abc import Callable, Iterator
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 GRACE = 1.5
-"""Seconds that work has to end by itself after a signal, before the process does."""
+"""Seconds after a signal in which work can end by itself, before the process ends."""
 
 unfinished: set[str] = set()
-"""Files that are being written, not yet under their names: none of them stays behind."""
+"""Temporary files that are being written, which are removed when the process ends."""
 
 _came: list[int] = []
 _told: list[str] = []
@@ -30,7 +30,7 @@ _telling = threading.Lock()
 
 
 class Stopped(BaseException):
-    """Work that is not wanted any more ends, at a place where it can."""
+    """Raised where work can end, after it has been asked to stop."""
 
 
 def came() -> int:
@@ -39,12 +39,12 @@ def came() -> int:
 
 
 def watch() -> None:
-    """From now on let no Ctrl-C and no SIGTERM be lost; for the main thread of a command line.
+    """Watch for Ctrl-C and SIGTERM from now on; for the main thread of a command line.
 
-    What a shell has told to be ignored, as Ctrl-C in the background, stays ignored.
+    Signals that the shell has set to be ignored, as Ctrl-C in the background, stay ignored.
     """
     out, into = os.pipe()
-    # A handler must not wait; on Windows it need not be said.
+    # The end of the pipe that the system writes to must not block; Windows needs no such setting.
     if os.name == "posix":
         os.set_blocking(into, False)
     signal.set_wakeup_fd(into, warn_on_full_buffer=False)
@@ -55,10 +55,9 @@ def watch() -> None:
 
 
 def conclude(number: int, say: Callable[[str], object], patience: float = -1) -> tuple[int, str]:
-    """Say once that a signal ended the work; the exit code and the sentence.
+    """Report once that a signal ended the work; return the exit code and the sentence.
 
-    Another thread may be about to say it: that is waited for so many seconds, or without end if the
-    number is negative.
+    If another thread is reporting it, wait for `patience` seconds, or without limit if negative.
     """
     word = "terminated" if number == signal.SIGTERM else "interrupted"
     sentence = f"{word}; finished results are kept"
@@ -86,20 +85,20 @@ def _heed(out: int) -> None:
 
 
 def _write(sentence: str) -> None:
-    """Write on stderr, whose lock another thread may hold; a terminal may have a line open."""
+    """Write to stderr by its number: another thread may hold its lock, and have begun a line."""
     opening = "\n" if os.isatty(2) else ""
     os.write(2, f"{opening}{sentence}\n".encode())
 
 
 @contextlib.contextmanager
 def kept_from_children() -> Iterator[None]:
-    """Hide both signals from processes begun within: they are for their parent, which ends them."""
+    """Hide both signals from processes started within, which their parent ends itself."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     from multiprocessing import resource_tracker
 
-    # A process of Python's own, at whose start it lets signals in again.
+    # Started beforehand, because Python unblocks signals when it starts this process of its own.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:

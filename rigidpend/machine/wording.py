@@ -1,4 +1,4 @@
-"""Wording: words from a file or an error, fit for a message; tables of text in three forms."""
+"""Wording: texts from files and errors made fit for messages; tables of text in three forms."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, Self
 
 MOST = 200
-"""Characters."""
+"""Largest number of characters of a text in a message."""
 
 
 def short(said: object, most: int = MOST) -> str:
-    """The first line of what is said, clipped; what could move a cursor is shown as ?."""
+    """The first line of a text, clipped, with ? for characters that could move a cursor."""
     return plain(next(iter(str(said).splitlines()), "").expandtabs(1), most)
 
 
 def plain(text: str, most: int) -> str:
-    """A text, clipped; what cannot be printed, but for tabs, is shown as ?."""
+    """A text, clipped, with ? for unprintable characters except tabs."""
     clipped = text if len(text) <= most else f"{text[: most - 3]}..."
     return "".join(x if x.isprintable() or x == "\t" else "?" for x in clipped)
 
 
 def counted(n: int, noun: str) -> str:
-    """A number with its noun, in the plural but for one."""
+    """A number with its noun, in the plural unless the number is 1."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
 def error(kind: BaseException) -> str:
-    """An error with its kind, as a line."""
+    """An error with its class, in one line."""
     return f"{type(kind).__name__}: {short(kind)}"
 
 
 def library(failed: ImportError) -> str:
-    """The library that cannot be imported: the first that our code came to; empty for our own."""
+    """The library that our code could not import; empty if it is a module of our own."""
     if isinstance(failed, ModuleNotFoundError):
         found = str(failed.name)
     else:
@@ -52,7 +52,7 @@ def library(failed: ImportError) -> str:
 
 
 def say_warnings(say: Callable[[str], object]) -> None:
-    """Let warnings be sentences: where in the code they arise is no news for a user."""
+    """Report warnings as plain sentences, without their place in the code."""
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
         say(f"rigidpend: warning: {message}")
@@ -61,16 +61,16 @@ def say_warnings(say: Callable[[str], object]) -> None:
 
 
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
-"""Units of time, descending, with their lengths in seconds; the last takes what is shorter."""
+"""Units of time with their lengths in seconds, descending; the last serves all shorter times."""
 
 
 class Column(NamedTuple):
-    """A column of a table: its values, each written in one form."""
+    """A column of a table: its header, its values, and their common format."""
 
     header: str
     values: Iterable[Any]
     form: str = ""
-    """A format specification, as ``.6f``; empty for whatever the value is as a text."""
+    """Format specification, as ``.6f``; empty for the plain text of a value."""
 
 
 class Table(NamedTuple):
@@ -90,33 +90,33 @@ class Table(NamedTuple):
 
 
 def columns(rows: Sequence[Sequence[str]], width: int, margin: str = "") -> Iterator[str]:
-    """Write rows in columns as wide as they need; cells are wrapped where a line has no room.
+    """Write rows in columns as wide as necessary; cells are wrapped if a line has no room.
 
-    A line has `width` characters, with the margin before it; only a word that is longer than its
-    column's share goes beyond.
+    A line has `width` characters, including the margin before it; only a word longer than its
+    column's share exceeds that.
     """
     natural = [max(map(len, column)) for column in zip(*rows, strict=True)]
     widths = _shares(rows, natural, width - len(margin) - 2 * (len(natural) - 1))
     for row in rows:
-        # Words stay whole even beyond the width: a path or a key that is broken cannot be copied.
+        # Words are never broken, because a broken path or key cannot be copied.
         cells = [
             textwrap.wrap(cell, share, break_long_words=False, break_on_hyphens=False)
             for cell, share in zip(row, widths, strict=True)
         ]
-        # A row of empty cells is a line as well.
+        # A row of empty cells gives an empty line.
         for line in itertools.zip_longest(*cells, fillvalue="") if any(cells) else [("",)]:
             padded = (f"{cell:<{share}}" for cell, share in zip(line, widths, strict=False))
             yield f"{margin}{'  '.join(padded)}".rstrip()
 
 
 def _shares(rows: Sequence[Sequence[str]], natural: Sequence[int], room: int) -> list[int]:
-    """Widths of columns: the first as it needs, narrow ones too, the rest in equal parts."""
+    """Widths of columns: the first and narrow ones as they need, the rest in equal parts."""
     least = [
         max((len(word) for cell in column for word in cell.split()), default=1)
         for column in zip(*rows, strict=True)
     ]
     widths, left = [natural[0]] * len(natural), room - natural[0]
-    # Narrow ones first: what they leave of their equal part is shared by the wider ones.
+    # In ascending order, so that wider columns share what narrow ones leave of their equal part.
     rest = sorted(range(1, len(natural)), key=lambda k: natural[k])
     for count, k in zip(range(len(rest), 0, -1), rest, strict=True):
         widths[k] = max(1, min(natural[k], max(least[k], left // count)))
@@ -125,7 +125,7 @@ def _shares(rows: Sequence[Sequence[str]], natural: Sequence[int], room: int) ->
 
 
 def terminal(table: Table) -> Iterator[str]:
-    """Write a table line by line, in columns of equal width; all but the first to the right."""
+    """Write a table line by line in aligned columns, all but the first aligned to the right."""
     cells = [list(map(str, row)) for row in (table.header, *table.rows)]
     widths = [max(len(row[k]) for row in cells) for k in range(len(table.header))]
     yield table.caption
@@ -141,7 +141,7 @@ def markdown(table: Table) -> Iterator[str]:
     """Write a table line by line in Markdown, its caption above it as a paragraph."""
     yield from (table.caption, "") if table.caption else ()
     for cells in (table.header, ["---"] * len(table.header), *table.rows):
-        # A bar inside a cell would end it.
+        # A bar inside a cell would end the cell.
         yield f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in cells)} |"
     yield from ("", table.note) if table.note else ()
 
@@ -150,7 +150,7 @@ def html(table: Table) -> str:
     """Write a table in HTML, everything escaped."""
     from markupsafe import Markup
 
-    # Every cell is escaped: names and notes come from configs and from files.
+    # Every cell is escaped, because names and notes come from configs and files.
     head = Markup("").join(Markup('<th scope="col">{}</th>').format(x) for x in table.header)
     body = Markup("\n").join(
         Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(x) for x in row))
@@ -164,7 +164,7 @@ def html(table: Table) -> str:
 
 
 def seconds(value: float) -> str:
-    """Write a time with three digits and its unit; ``-`` where it is not finite."""
+    """Write a time with three digits and its unit; ``-`` if it is not finite."""
     if not math.isfinite(value):
         return "-"
     unit, name = next((u for u in UNITS if value >= u[0]), UNITS[-1])
@@ -172,7 +172,7 @@ def seconds(value: float) -> str:
 
 
 def times(ratio: float) -> str:
-    """Write a ratio with three digits; ``-`` where it is not finite."""
+    """Write a ratio with three digits; ``-`` if it is not finite."""
     return _digits(ratio) if math.isfinite(ratio) else "-"
 
 

@@ -1,4 +1,4 @@
-"""Parallel workers: threads where the work releases the interpreter, processes where not."""
+"""Parallel workers: threads if the work releases the interpreter's lock, processes if not."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ Result = TypeVar("Result")
 
 
 PERIOD = 0.1
-"""Seconds between two looks whether what is waited for is still wanted."""
+"""Seconds between two checks for a stop while waiting."""
 
 EACH = 4
-"""Parts for each process from which on they are worth processes, which take a third of a second."""
+"""Parts for each process from which processes pay; to start them takes a third of a second."""
 
 SILENCE = 5.0
-"""Seconds for which work that takes long says nothing."""
+"""Seconds without a line after which long work reports its state."""
 
 _of_thread = threading.local()
-"""Wishes of a pool for its threads: `stops`, events that end work; `listener`, who hears it."""
+"""Settings of a pool's thread: `stops`, events that end its work, and `listener`, for its lines."""
 _to_parent: Any = None
-"""Queue to who hears this process."""
+"""Queue for the lines of this process."""
 _hiding = threading.Lock()
 
 
 def check_stop() -> None:
-    """End the work of this thread if it is not wanted any more; engines ask some times a second.
+    """Raise Stopped if this thread's work is to end; engines call it several times a second.
 
-    It raises Stopped in a thread of a pool that is being stopped, and in all of a command line
+    That is so in a thread of a pool that is being stopped, and in every thread of a command line
     after Ctrl-C or SIGTERM.
     """
     if came() or any(stop.is_set() for stop in getattr(_of_thread, "stops", ())):
@@ -48,26 +48,27 @@ def check_stop() -> None:
 
 
 class Listener:
-    """Receiver of what long work says of itself."""
+    """Receiver of lines that long work writes about itself."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say, self._lock, self._last = say, threading.Lock(), time.monotonic()
 
     def hear(self, line: str | Callable[[], str]) -> None:
-        """Take a line; one that is still to be made only after `SILENCE` seconds without any."""
+        """Take a line; one given as a function only after `SILENCE` seconds without any."""
         with self._lock:
             now = time.monotonic()
             if callable(line) and now - self._last < SILENCE:
                 return
             self._last = now
+        # Written outside of the lock, so that a slow receiver keeps no other thread waiting.
         self._say(line() if callable(line) else line)
 
 
 @contextmanager
 def listening(say: Callable[[str], object]) -> Iterator[Callable[[str], None]]:
-    """Let `say` take what work says by :func:`note` within, and threads that it starts.
+    """Let `say` receive the lines of :func:`note` within, also from threads that work starts.
 
-    Gives a function for lines that are said in any case; after one there is silence first.
+    Yields a function for lines that are written in any case; they restart the time of silence.
     """
     before, listener = getattr(_of_thread, "listener", None), Listener(say)
     _of_thread.listener = listener
@@ -78,9 +79,9 @@ def listening(say: Callable[[str], object]) -> Iterator[Callable[[str], None]]:
 
 
 def note(text: Callable[[], str]) -> None:
-    """Say how far long work is, where somebody listens and nothing was said for a while.
+    """Report the state of long work, if there is a listener and no line came for a while.
 
-    In a notebook, or where Python is used by hand, stderr listens.
+    In a notebook and in interactive Python stderr is the listener.
     """
     listener = getattr(_of_thread, "listener", None)
     if listener is None and (hasattr(sys, "ps1") or "ipykernel" in sys.modules):
@@ -90,7 +91,7 @@ def note(text: Callable[[], str]) -> None:
 
 
 class WorkerError(RuntimeError):
-    """Error: a worker process ended before its work was done, or none may begin."""
+    """Error: a worker process ended before its work was done, or could not start."""
 
 
 def cores() -> int:
@@ -102,7 +103,7 @@ def cores() -> int:
 
 def spread(array: Any, parts: int, axis: int) -> list[Any]:
     """Split an array into at most `parts` successive pieces of nearly equal length, none empty."""
-    # Imported here: a plan that finds nothing to do has no use for it.
+    # Imported late, because a plan that finds nothing to do does not need it.
     import numpy as np
 
     pieces = max(1, min(parts, array.shape[axis]))
@@ -117,14 +118,15 @@ def side_by_side(
     jobs: int,
     hear: Callable[[str], object] | None = None,
 ) -> list[Result]:
-    """Compute ``work(part, *arguments)`` for each part, so many at a time, in their order.
+    """Compute ``work(part, *arguments)`` for each part in parallel; results in order.
 
-    Where it is Python itself that works, and holds the interpreter, processes do it: then `work` is
-    a function of a module, but not of the user's program, which processes do not read. Else threads
-    do, and the work calls `check_stop` now and then. With one job or part nothing is started.
+    For work in Python, which holds the interpreter's lock, processes compute: then `work` must be a
+    function of a module, but not of the user's program, which processes do not read. Otherwise
+    threads compute, and the work calls `check_stop` now and then. With one job or part nothing is
+    started.
 
-    Where something hears the lines that the work says, it is ``work(part, *arguments, say)``.
-    WorkerError where a process was killed, by hand or for want of memory.
+    With a listener for its lines, `work` is called as ``work(part, *arguments, say)``. WorkerError
+    if a process was killed, by hand or for lack of memory.
     """
     workers = min(jobs, len(parts))
     if workers > 1 and holds_interpreter:
@@ -133,6 +135,7 @@ def side_by_side(
     if workers <= 1:
         return [_done(work, part, *given) for part in parts]
     stop = threading.Event()
+    # A pool within a pool's thread obeys the outer pool's stops too.
     heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
     pool = ThreadPoolExecutor(workers, initializer=_heed, initargs=heeded)
     with _ended(pool, stop.set):
@@ -140,17 +143,17 @@ def side_by_side(
 
 
 def worth_processes(parts: int, jobs: int) -> bool:
-    """True if there are so many parts that they are worth processes, each with one thread."""
+    """True if there are enough parts for processes, each with one thread, to be worthwhile."""
     return jobs > 1 and parts >= EACH * jobs
 
 
 def ahead(
     work: Callable[[Any], Result], parts: Sequence[Any], jobs: int
 ) -> Generator[Result, None, None]:
-    """Compute ``work(part)`` for each part in processes, so many ahead of the one that is used.
+    """Compute ``work(part)`` for each part in processes, some parts ahead of the one in use.
 
-    Results come in the order of the parts. The first is computed here: it makes, and keeps, what
-    all share.
+    Results come in the order of the parts. The first part is computed here, so that things that
+    all parts share are made and cached once.
     """
     yield from (_done(work, part) for part in parts[:1])
     yield from _in_processes(work, (), parts[1:], jobs, None, ahead=jobs)
@@ -164,9 +167,9 @@ def apart(
 ) -> Result:
     """Do work in a process of its own, as :func:`side_by_side` does.
 
-    It is ``work(*arguments)``, or ``work(*arguments, say)`` where something hears it.
+    It is called as ``work(*arguments)``, or with a listener as ``work(*arguments, say)``.
 
-    Raises TimeoutError where it takes more than `limit` seconds, and ends it.
+    If it takes more than `limit` seconds, it is ended, and TimeoutError raised.
     """
     first, *rest = arguments
     [found] = _in_processes(work, tuple(rest), [first], 1, hear, limit)
@@ -182,8 +185,8 @@ def _in_processes(
     limit: float = math.inf,
     ahead: float = math.inf,
 ) -> Generator[Result, None, None]:
-    """Compute in processes: results in the order of the parts, so many ahead of the one in use."""
-    # Imported here: a run that needs no process does not pay for it.
+    """Compute in processes: results in the order of the parts, some ahead of the one in use."""
+    # Imported late, so that a run without processes does not pay for it.
     from multiprocessing import get_context
 
     lines = get_context("spawn").SimpleQueue() if hear else None
@@ -207,20 +210,19 @@ def _in_processes(
 
 
 def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
-    """A pool of processes, with the queue by which they are heard, or None."""
+    """A pool of processes, with a queue for their lines, or None."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import current_process, get_context
 
+    # Python lets daemonic processes, such as those of multiprocessing.Pool, start no children.
     if current_process().daemon:
-        raise WorkerError(
-            "this process belongs to a pool that lets it begin none of its own: take jobs=1"
-        )
-    # A fork would copy the locks of threads that do not run in the child.
+        raise WorkerError("this process belongs to a pool and cannot start processes: use jobs=1")
+    # Not by fork, which would copy locks held by threads that do not exist in the child.
     spawn = get_context("spawn")
     pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(lines,))
 
     def end() -> None:
-        # At once: what they compute is not wanted any more, and they are deaf to the others.
+        # Killed, because their results are not needed and they ignore Ctrl-C and SIGTERM.
         for process in list((getattr(pool, "_processes", None) or {}).values()):
             process.kill()
 
@@ -228,20 +230,21 @@ def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
 
 
 def _begun(pool: Executor, work: Callable[..., Result], *given: Any) -> Future[Result]:
-    """Give work to a pool, whose processes may begin now."""
+    """Give work to a pool, whose processes may start at this moment."""
     with kept_from_children(), _program_hidden():
         return pool.submit(work, *given)
 
 
 @contextmanager
 def _program_hidden() -> Iterator[None]:
-    """Let processes begun within not run the user's program, with which Python lets them begin.
+    """Keep processes started within from running the user's program, as Python makes them do.
 
-    They need nothing of it, and it would compute once more, and begin processes of its own.
+    They need nothing of it; the program would repeat its computation and start further processes.
     """
     program: dict[str, Any] = vars(sys.modules["__main__"])
     with _hiding:
         told = ("__file__", "__spec__")
+        # Without a file and a spec of the main module a new process finds no program to run.
         hidden: dict[str, Any] = {name: program.pop(name) for name in told if name in program}
         program["__spec__"] = None
         try:
@@ -251,13 +254,13 @@ def _program_hidden() -> Iterator[None]:
 
 
 def _done(work: Callable[..., Result], *given: Any) -> Result:
-    """Do work in this thread, if it is still wanted."""
+    """Do work in this thread, unless a stop was asked for."""
     check_stop()
     return work(*given)
 
 
 def _result(future: Future[Result], meanwhile: Callable[[], object] = lambda: None) -> Result:
-    """Wait for a result as long as it is wanted."""
+    """Wait for a result, unless a stop is asked for."""
     while wait([future], PERIOD).not_done:
         check_stop()
         meanwhile()
@@ -267,13 +270,13 @@ def _result(future: Future[Result], meanwhile: Callable[[], object] = lambda: No
 
 @contextmanager
 def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[Executor]:
-    """End a pool with what it is for, at once where that fails."""
+    """End a pool at the end of a block, and immediately after an error."""
     try:
         yield pool
     except BrokenExecutor:
         raise WorkerError(
-            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
-            " the same command again continues"
+            "a worker process was killed, perhaps for lack of memory; finished parts are kept,"
+            " and the same command continues"
         ) from None
     except BaseException:
         end()
@@ -283,14 +286,14 @@ def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[Executor]:
 
 
 def _heed(stops: tuple[threading.Event, ...], listener: Listener | None) -> None:
-    """Let this thread's work end when an event is set, and be heard by who hears the pool's."""
+    """Let this thread's work obey the stop events and the listener of the pool."""
     _of_thread.stops, _of_thread.listener = stops, listener
 
 
 def _follow_parent(to: Any) -> None:
-    """Leave Ctrl-C to the parent, and end with it: else its workers would wait for ever.
+    """Leave Ctrl-C to the parent, and end with it, so that no worker waits for ever.
 
-    What they warn of are sentences on stderr.
+    Warnings of workers are sentences on stderr.
     """
     global _to_parent
     _to_parent = to
@@ -301,12 +304,12 @@ def _follow_parent(to: Any) -> None:
 
 
 def _say(line: Any) -> None:
-    """Say something from a process."""
+    """Send a line from a process to its listener."""
     _to_parent.put(line)
 
 
 def _warn(line: str) -> None:
-    """Say a warning from a process; a full disk loses it."""
+    """Write a warning from a process; on a full disk it is lost."""
     with suppress(OSError):
         print(line, file=sys.stderr, flush=True)
 
@@ -316,6 +319,6 @@ def _wait_for_end_of_parent() -> None:
 
     parent = parent_process()
     assert parent is not None
-    # The sentinel is ready when the parent has ended, however it did.
+    # The sentinel becomes ready when the parent has ended in whatever way.
     connection.wait([parent.sentinel])
     os._exit(1)

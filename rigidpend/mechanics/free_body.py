@@ -154,12 +154,11 @@ def v(motion: SeparatrixMotion, m: Elementary = np) -> Any:
     return m.log(motion.J2mJ1_0 / motion.J1_0)
 
 
-def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:
-    """The separatrix beside which an orbit crosses M3 = 0.
+def separatrix_beside(rising: Any, Qp: Scalar, Qm: Scalar) -> Any:
+    """The separatrix beside which an orbit crosses M3 = 0, or those of arrays of orbits.
 
     M3 rises on 2 (Qp > 0) and 4 (Qp < 0) and falls on 1 (Qm < 0) and 3 (Qm > 0). The other one of
     Qp and Qm is small there.
     """
-    if rising:
-        return 2 if Qp > 0 else 4
-    return 1 if Qm < 0 else 3
+    up, down = 4 - 2 * (Qp > 0), 3 - 2 * (Qm < 0)
+    return down + rising * (up - down)

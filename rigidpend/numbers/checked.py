@@ -56,11 +56,9 @@ def whole(
     name: str, value: Any, least: int, most: int | None = None, error: Error = ParameterError
 ) -> int:
     """A whole number from `least` to `most`, as an int, which unlike NumPy's cannot overflow."""
-    # Python's bool has an index, though nobody means it as a number; NumPy's has none. An array of
-    # one entry is no number either.
-    none = isinstance(value, bool) or getattr(value, "shape", None)
     try:
-        found = None if none else operator.index(value)
+        # Python's bool has an index, though nobody means it as a number; NumPy's has none.
+        found = None if isinstance(value, bool) else operator.index(value)
     except TypeError:
         found = None
     if found is None or found < least or (most is not None and found > most):

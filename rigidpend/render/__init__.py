@@ -1,8 +1,8 @@
 """Figures from result files: one module an experiment. Nothing is computed here.
 
-Each has ``draw(result) -> Figure``, from what `store.load` gives. No display is needed, and no
-integrator is imported. An image says in its metadata what it was drawn from: the bytes of the
-files, the code that draws, the style and the libraries. One that says what is there now is kept.
+Each module has ``draw(result) -> Figure``, for a result of `store.load`. No display is needed, and
+no integrator is imported. The metadata of an image identify what it was drawn from: the bytes of
+the files, the drawing code, the style and the libraries. An image is kept while these are the same.
 """
 
 from __future__ import annotations
@@ -29,36 +29,37 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 KEYS = ("name", "config_hash", "code_hash", "engine", "drawn_from")
-"""Attributes that an image tells, besides its experiment."""
+"""Attributes in the metadata of an image, besides its experiment."""
 PIXELS = 20_000
-"""The longest side of an image."""
+"""Longest side of an image, pixels."""
 ENDS = {"png": b"IEND\xaeB`\x82", "svg": b"</svg>\n", "pdf": b"%%EOF\n"}
 """Formats of an image, by the suffix of its file, and the bytes with which such a file ends."""
 LIBRARIES = ("matplotlib", "numpy", "pillow")
 """Libraries whose version may change a figure."""
 FOOT, LINE, CHARACTER, MARGIN = 6, 0.11, 0.043, 0.1
-"""Size of the text at the foot in points; its lines, its mean characters and margins in inches."""
+"""Text at the foot: size in points; line height, mean character width and margin in inches."""
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
 """Style sheet of all figures."""
 
 
 OF_VALUES = (ValueError, ArithmeticError, LookupError, UserWarning, RuntimeWarning)
-"""Errors that values of a foreign file may cause, which nothing has checked.
+"""Errors that unchecked values of a foreign file may cause.
 
-Warnings are errors where Python is told so: of values NumPy and matplotlib give these two.
-Others, as a name that is not there or a value of a type that layouts exclude, are faults of the
-program: they are told as such."""
+Warnings are errors if Python is told so: NumPy and matplotlib warn of values by these two. Other
+errors, such as a missing name or a value of a type that layouts exclude, are faults of the program
+and are reported as such."""
 
 
 class Undrawable(store.StoreError):
-    """A result whose values cannot be drawn, as those of a foreign file."""
+    """Error: the values of a result cannot be drawn, as may be in a foreign file."""
 
 
 def render(source: Path, target: Path, *, force: bool = False) -> bool:
     """Draw a result into a file whose suffix is the format, unless the image there is up to date.
 
-    Whether it was drawn; `force` draws it even so. Where a certificate is beside the result, what
-    that proves is marked. StoreError where the result cannot be read, or the figure not written.
+    Returns True if it was drawn; `force` draws it in any case. If a certificate is beside the
+    result, proven symbols are marked. StoreError if the result cannot be read, or the figure cannot
+    be written.
     """
     origin = drawn_from(source, str(store.attributes(source)["experiment"]))
     if not force and kept(target, origin):
@@ -74,7 +75,7 @@ def render(source: Path, target: Path, *, force: bool = False) -> bool:
 
 
 def drawn_from(source: Path, experiment: str) -> str:
-    """Fingerprint of all that the image of a result of an experiment depends on."""
+    """Fingerprint of everything that the image of a result depends on."""
     drawing = inside("experiments", experiment, "draw.py")
     own = [inside("render", name) for name in ("__init__.py", "captions.py")]
     every = source, storage.certificate_of(source)
@@ -86,7 +87,7 @@ def drawn_from(source: Path, experiment: str) -> str:
 
 
 def kept(target: Path, origin: str) -> bytes | None:
-    """The image that is there, if it is whole and was drawn from just that; None if not."""
+    """The existing image, if it is complete and was drawn from this origin; else None."""
     try:
         found = target.read_bytes()
     except OSError:
@@ -98,15 +99,15 @@ def kept(target: Path, origin: str) -> bytes | None:
 def image(result: Loaded, suffix: str, origin: str = "") -> bytes:
     """Draw a loaded result as the bytes of a file, whose format is one of `ENDS`.
 
-    It tells what it was drawn from, :func:`drawn_from`. Undrawable is raised of values, of which
-    the layout declares no range, that cannot be drawn.
+    Its metadata have the `origin`, as of :func:`drawn_from`. Undrawable if its values cannot be
+    drawn, as layouts declare no ranges.
     """
-    # What the user's shell says of a display does not matter to a figure in a file, and an
-    # unknown backend there would stop matplotlib's import.
+    # A figure in a file needs no display; an unknown backend in the user's environment would stop
+    # matplotlib's import.
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
-    # It warns of the dates in matplotlib's own fonts.
+    # fontTools warns of the dates in matplotlib's own fonts.
     logging.getLogger("fontTools").setLevel(logging.ERROR)
     told = {**result["attributes"], "drawn_from": origin}
     with matplotlib.rc_context(fname=STYLE):
@@ -135,20 +136,20 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
         fontsize=FOOT,
         color="0.35",
         linespacing=LINE * 72 / FOOT / 1.2,
-        # A name may hold a dollar sign, which is drawn as it is.
+        # A name may contain a dollar sign, which must not begin a formula.
         parse_math=False,
     )
     engine = figure.get_layout_engine()
     if engine is not None:
-        # Laid out before the line below changes the edges. An engine that only does nothing
-        # would make matplotlib draw everything once more.
+        # Laid out once, before room for the foot changes the edges. With a layout engine that
+        # does nothing matplotlib would draw everything twice.
         engine.execute(figure)
         figure.set_layout_engine(None)
     for legend in figure.legends:
-        # One that is not anchored would follow the new edge.
+        # A legend of the whole figure without an anchor would follow the new edge.
         if legend.get_bbox_to_anchor() is figure.bbox:
             legend.set_bbox_to_anchor((0, 0, 1, 1), figure.transFigure)
-    # Beyond so many pixels no image is made: a figure of many parts has fewer in an inch.
+    # A large figure gets fewer pixels per inch, because an image has a largest size.
     dpi = min(rcParams["savefig.dpi"], PIXELS / max(wide, high + below))
     box = Bbox.from_extents(0, -below, wide, high)
     figure.savefig(
@@ -158,10 +159,10 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
 
 
 def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
-    """Metadata of an image of that format: the fingerprint of the result that it shows.
+    """Metadata of an image in a format: the fingerprint of the result that it shows.
 
     Times, the commit and the machine are left out, so that equal results give equal images;
-    they are in the result file, to which the fingerprint leads.
+    they are in the result file, which the fingerprint identifies.
     """
     known = {key: str(attributes.get(key, "unknown")) for key in KEYS}
     title = f"rigidpend {known.pop('name')}, config {known['config_hash']}"

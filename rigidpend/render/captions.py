@@ -1,4 +1,4 @@
-"""Captions: what one sees in a figure, and the body and the start of a result in words."""
+"""Captions: what a figure shows, and the body and start of a result in words."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from rigidpend.experiments.data import Loaded
 from rigidpend.numbers.expressions import as_written
 
 SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
-"""Keys of a problem that are told beside the body, in this order, if one value is given."""
+"""Keys of a problem that follow the body, in this order, if they have a single value."""
 LONGEST = 300
-"""Characters of a value that are shown."""
+"""Largest number of characters of a value that are shown."""
 
 
 def caption(experiment: str) -> str:
-    """Sentences on what the figures of an experiment show: the first is for whoever sees one."""
+    """Sentences on what the figures of an experiment show; the first describes the picture."""
     return str(getattr(experiments.drawing(experiment), "CAPTION", ""))
 
 
 def foot(result: Loaded) -> list[str]:
-    """The lines at the foot of a figure: what one sees, then the name and the body."""
+    """The lines at the foot of a figure: what it shows, then the name and the body."""
     attributes = result["attributes"]
     seen, stop, _ = caption(str(attributes["experiment"])).partition(". ")
     name, said = str(attributes.get("name", "unnamed")), "; ".join(bodies(result))
@@ -29,9 +29,10 @@ def foot(result: Loaded) -> list[str]:
 
 
 def bodies(result: Loaded) -> list[str]:
-    """Describe the body of a result, or each of its bodies, with what they have in common.
+    """Describe each body of a result, with the parameters common to all.
 
-    Phrases are such as ``A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001``; of no body none.
+    Phrases are such as ``A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001``; an empty list if the
+    result has no body.
     """
     problem = result["config"].get("problem", {})
     if not isinstance(problem, Mapping):
@@ -40,10 +41,10 @@ def bodies(result: Loaded) -> list[str]:
     shared = [
         f"{key} = {_shown(value)}"
         for key, value in given.items()
-        # Cells of an axis are shown by the figure itself.
+        # A mapping is an axis with cells, which the figure itself shows.
         if value is not None and not isinstance(value, Mapping)
     ]
-    # A config's word gamma0 is stored as null.
+    # The word gamma0 of a config is stored as null.
     if "beta0" in problem and problem["beta0"] is None:
         shared.insert(0, "beta0 = gamma0")
     own = list(_body(problem))
@@ -57,7 +58,7 @@ def bodies(result: Loaded) -> list[str]:
 
 
 def _body(given: Any) -> Iterator[str]:
-    """Moments and direction, whichever are given."""
+    """Phrases on moments and direction, as far as they are given."""
     if isinstance(given, list):
         yield f"A = {_shown(given)}"
     elif isinstance(given, Mapping):
@@ -68,7 +69,7 @@ def _body(given: Any) -> Iterator[str]:
 
 
 def _shown(value: Any) -> str:
-    """A number as it would be written, a list in brackets; of a long list its ends."""
+    """A number as it is written, or a list in brackets, shortened to its ends if long."""
     if isinstance(value, list):
         if len(value) > 3:
             return f"{_shown(value[0])} to {_shown(value[-1])} ({len(value)} values)"

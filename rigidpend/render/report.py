@@ -1,7 +1,7 @@
 """One self-contained HTML page from a folder of results: figures beside numbers.
 
-The ``draw.py`` of an experiment says what stands beside its figure: ``tables(result)``
-gives the numbers that the paper prints next to those computed, from the stored result alone.
+The ``draw.py`` of an experiment makes the tables beside its figure: ``tables(result)`` sets the
+paper's printed numbers beside the computed ones, from the stored result alone.
 Experiments without tables appear with their figure and provenance.
 """
 
@@ -25,13 +25,13 @@ from rigidpend.runs.certificate_files import beside, marked, results_in
 
 HERE = Path(__file__).parent
 COLOURS = 128
-"""Colours of an image in the page."""
+"""Number of colours of an image in the page."""
 FEW = 3
-"""Results whose images are reduced one after the other; more share the processors."""
+"""Largest number of results whose images are reduced in one process; more share the processors."""
 
 
 class ResultSection(NamedTuple):
-    """A result's part of the page."""
+    """The section of a result in the page."""
 
     name: str
     figure: str = ""
@@ -41,13 +41,13 @@ class ResultSection(NamedTuple):
     caption: str = ""
     """Sentences on what the figure shows."""
     bodies: Sequence[str] = ()
-    """Phrases on the body, or on each of them."""
+    """Phrases on the body, or on each body."""
     tables: Sequence[Table] = ()
     provenance: Sequence[tuple[str, str]] = ()
     problem: str = ""
     """Reason why nothing is shown."""
     doubt: str = ""
-    """Doubt about what is shown, or about what is missing beside it."""
+    """Note on uncertain symbols, or on something missing beside the figure."""
 
     @property
     def title(self) -> str:
@@ -84,12 +84,12 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
     Returns
     -------
     list of str
-        What is wrong with results that it cannot show; the page says it too.
+        Sentences on results that the page cannot show; they are on the page too.
 
     Raises
     ------
     StoreError
-        None of them can be shown, Absent where none is there; or the page cannot be written.
+        None of the results can be shown (Absent if there is none), or the page cannot be written.
     """
     page, problems = build(sources)
     files.prepare(target)
@@ -98,7 +98,7 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
 
 
 def build(sources: Sequence[Path]) -> tuple[str, list[str]]:
-    """Build the page for some results, as :func:`write` writes it, and list what is wrong."""
+    """Build the page that :func:`write` writes, and the list that it returns."""
     jobs = cores() if len(sources) > FEW else 1
     sections = side_by_side(_section, (), True, sources, jobs)
     problems = [said for found in sections if (said := found.problem or found.doubt)]
@@ -110,7 +110,7 @@ def build(sources: Sequence[Path]) -> tuple[str, list[str]]:
 
 
 def _section(source: Path) -> ResultSection:
-    """The part of a file; a sentence where it cannot be shown."""
+    """The section of a file, with a sentence as its problem if it cannot be shown."""
     check_stop()
     try:
         result = store.load(source)
@@ -129,13 +129,13 @@ def _section(source: Path) -> ResultSection:
     except MemoryError:
         said = store.StoreError(f"{source}: not enough memory to show it")
     except render.OF_VALUES as error:
-        # One file, whatever is in it, does not keep the others from being shown.
+        # An error in one file, of whatever kind, must not keep the others from being shown.
         said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
     return ResultSection(source.stem, problem=remedies.told(said))
 
 
 def section(result: Any, drawn: bytes | None = None) -> ResultSection:
-    """Make a result's part of the page, with its image, drawn now where none is given."""
+    """Make the section of a result; its image is drawn now if none is given."""
     attributes = result["attributes"]
     rows = {key: attributes.get(key, "") for key in ("engine", "config_hash", "code_hash")}
     rows |= result["provenance"]
@@ -155,7 +155,7 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
 def picture(png: bytes) -> str:
     """Encode an image as a data URI, so that the page needs no other file.
 
-    Its colours are reduced to a palette, by which it takes a third of the room: figures have few.
+    Its colours, which are few, are reduced to a palette, which takes a third of the space.
     """
     from PIL import Image
 
@@ -163,7 +163,7 @@ def picture(png: bytes) -> str:
     with Image.open(io.BytesIO(png)) as full:
         # Without dithering, whose noise in flat colours would not compress.
         reduced = full.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-        # The usual compression: the best takes five times as long for a twentieth of the room.
+        # The default compression: the strongest takes five times as long and saves a twentieth.
         reduced.save(small, "png")
     return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode('ascii')}"
 
@@ -175,7 +175,7 @@ def html(sections: Sequence[ResultSection]) -> str:
     environment = Environment(
         loader=FileSystemLoader(HERE),
         autoescape=True,
-        # A name that the template has and the page has not is an error, and no gap in the page.
+        # A name in the template without a value is an error, rather than a gap in the page.
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

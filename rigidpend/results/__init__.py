@@ -2,7 +2,7 @@
 
 Modules
 -------
-store      results in HDF5, written whole or not at all, read in one way as declared
-structure  what a file is made of, held against the layout before a value is read
-damage     damage noticed, and files tried in a process of its own
+store      results in HDF5, written completely or not at all, read in one way
+structure  the structure of a file, checked against the layout before a value is read
+damage     detection of damage, and trial reading in a separate process
 """

@@ -1,14 +1,14 @@
-"""Results in HDF5: written whole or not at all, read with a clear word where they are unfit.
+"""Results in HDF5: written completely or not at all, and read with clear errors.
 
-Layout: root attributes say format, experiment and fingerprint; ``/config`` holds the resolved
-config, ``/provenance`` what ran where (it varies between equal results), ``/data`` the result,
-as the experiment's layout declares it. Every dataset has `units` and `description`. A digest of
-all stands behind the HDF5 file, where HDF5 itself does not look.
+Layout: root attributes have format, experiment and fingerprint; ``/config`` holds the resolved
+config, ``/provenance`` where and with what it was made (it varies between equal results), ``/data``
+the result, as the experiment's layout declares it. Every dataset has `units` and `description`. A
+digest of everything follows the HDF5 part of the file, where HDF5 itself does not look.
 
-There is one way to read a file, whoever made it: as data, and never as more. It is a regular one of
-bounded size. Another process tries it, for HDF5 can hang or crash on it; then its structure is
-held against the layout of its experiment. Only then is a value used. What reads raises the
-errors of :func:`opened`.
+There is one way to read a file, whoever made it: as data, and never as more. It must be a regular
+file of bounded size. Another process reads it first, because HDF5 can hang or crash on it; then its
+structure is checked against the layout of its experiment. Only then is a value used. All readers
+raise the errors of :func:`opened`.
 """
 
 from __future__ import annotations
@@ -52,18 +52,18 @@ Attributes: TypeAlias = Mapping[str, Any]
 Outline: TypeAlias = dict[str, dict[str, Any]]
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
-"""Mark of a result file, and the version of the form that this program reads."""
+"""Mark of a result file, and the version of the format that this program reads."""
 LEAST, RATIO = 2**26, 100
-"""Bytes that the arrays of any file may have, and how many for each byte of the file.
+"""Bytes that the arrays of any file may have, and further bytes for each byte of the file.
 
-A file of this package has at most some 60, where no orbit returns."""
+Files of this package have at most some 60 bytes for each, which happens if no orbit returns."""
 WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "doubt")
 """Root attributes that are texts."""
 LONGEST = 1000
-"""Characters of each."""
+"""Largest number of characters of such a text."""
 OF_CONFIG = Field(TEXT, (), "", "resolved config, JSON")
 CONFIG, DEEPEST = 2**22, 32
-"""Characters of a config, and its brackets inside each other, at most."""
+"""Largest number of characters of a config, and of its nested brackets."""
 
 
 def write(
@@ -76,9 +76,9 @@ def write(
 ) -> None:
     """Write a result file: in memory first, then under its name in one step.
 
-    The layout says which data are written, and what they mean. Format and version are added to the
-    attributes of its root; the config is plain data. StoreError where it cannot be written: what
-    was there before is untouched.
+    The layout declares which data are written, and their meaning. Format and version are added to
+    the root attributes; the config is plain data. StoreError if it cannot be written; a file that
+    was there before is then untouched.
     """
     with image(layout, data) as file:
         finish(file, path, attributes, config, provenance)
@@ -86,11 +86,11 @@ def write(
 
 @contextmanager
 def image(layout: Layout, data: Tree) -> Iterator[h5py.File]:
-    """A result file in memory that has the data that a layout declares, for :func:`finish`.
+    """A result file in memory with the data that a layout declares, for :func:`finish`.
 
-    Data that come in blocks are asked for here, one block after the other.
+    Data that come in blocks are requested here, one block after the other.
     """
-    # A form that HDF5 1.10 reads, by whichever version it is written.
+    # A form that HDF5 1.10 can read, whatever version writes it.
     with h5py.File.in_memory(libver=("earliest", "v110")) as file:
         _put(file.create_group("data", track_order=True), layout, data)
         _fill(file["data"], data)
@@ -100,7 +100,7 @@ def image(layout: Layout, data: Tree) -> Iterator[h5py.File]:
 def finish(
     file: h5py.File, path: Path, attributes: Attributes, config: Any, provenance: Attributes
 ) -> None:
-    """Put into a result file what is told of its data, and write it as :func:`write` does."""
+    """Add attributes, config and provenance to a file in memory, and write it to its path."""
     prepare(path)
     file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
     _put_array(file, "config", OF_CONFIG, json.dumps(config, indent=2))
@@ -112,14 +112,14 @@ def finish(
 
 
 def _put(group: h5py.Group, layout: Layout, data: Tree) -> None:
-    """Put into a group what its layout declares; KeyError where that must be there and is not."""
+    """Put the declared data into a group; KeyError if a required member is missing."""
     needed = (name for name, (_, must) in named(layout).items() if must)
     held = declared(layout, dict.fromkeys((*data, *needed)))
     for name, node in held.items():
         if isinstance(node, Field):
             _put_array(group, name, node, data[name])
         else:
-            # Read back in the order of the data, which figures and tables follow.
+            # Groups keep the order of the data, which figures and tables follow.
             _put(group.create_group(name, track_order=True), node, data[name])
     _scale(group, {name: node for name, node in held.items() if isinstance(node, Field)})
 
@@ -130,7 +130,7 @@ def _put_array(group: h5py.Group, name: str, field: Field, values: Any) -> None:
     how: dict[str, Any] = {"data": values}
     if isinstance(values, Coming):
         how = {"shape": values.shape, "dtype": values.dtype, "chunks": values.block}
-    # Single values can have no checksum, and are not compressed.
+    # HDF5 cannot compress single values, or give them a checksum.
     if not isinstance(values, str) and np.ndim(values) and 0 not in np.shape(values):
         how |= {"fletcher32": True, "shuffle": True, "compression": "gzip"}
     group.create_dataset(name, **how).attrs.update(
@@ -139,7 +139,7 @@ def _put_array(group: h5py.Group, name: str, field: Field, values: Any) -> None:
 
 
 def _fill(group: h5py.Group, data: Tree) -> None:
-    """Take in the blocks of a group, then those of the groups inside it."""
+    """Write the blocks of a group, then those of its subgroups."""
     for block in data.blocks if isinstance(data, Streamed) else ():
         for name, (where, values) in block.items():
             group[name][where] = values
@@ -149,7 +149,7 @@ def _fill(group: h5py.Group, data: Tree) -> None:
 
 
 def _scale(group: h5py.Group, arrays: Mapping[str, Field]) -> None:
-    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales."""
+    """Name the dimensions of a group's arrays, and attach the arrays that are their scales."""
     scales = {x.dimensions[0]: key for key, x in arrays.items() if x.coordinate}
     for key in scales.values():
         group[key].make_scale(key)
@@ -157,24 +157,24 @@ def _scale(group: h5py.Group, arrays: Mapping[str, Field]) -> None:
         for k, dimension in enumerate(array.dimensions):
             if isinstance(dimension, str):
                 group[key].dims[k].label = dimension
-            # No array is a scale of itself.
+            # A scale cannot be attached to itself.
             if scales.get(dimension, key) != key:
                 group[key].dims[k].attach_scale(group[scales[dimension]])
 
 
 class OtherVersion(StoreError):
-    """A result file of another format version."""
+    """Error: a result file of another format version."""
 
 
 @contextmanager
 def opened(
     path: Path, *, whole: bool = False, layout: Layout | None = None, ratio: int = RATIO
 ) -> Iterator[h5py.File]:
-    """A result file, open for reading; its structure is checked, by default as its experiment's.
+    """A result file, open for reading, with its structure checked.
 
-    If it is to be read as a `whole`, another process has read all its values before. Its arrays may
-    have `ratio` bytes for each byte of the file. StoreError where there is none, it is no HDF5, it
-    is damaged, of another format version, or not made as the results of its experiment.
+    The default layout is that of its experiment. With `whole` another process reads all its values
+    first. Its arrays may have `ratio` bytes for each byte of the file. StoreError if there is no
+    file, or it is not HDF5, damaged, of another format version, or not as its layout declares.
     """
     with readable(path):
         image = intact(files.content(path))
@@ -188,8 +188,9 @@ def opened(
                 grant(checked(file))
                 file.visititems(lambda _, node: _look(node, whole))
 
+        # The structure is checked before any value is touched, in the trial and here.
         tried(trial, len(image), most)
-        # The very bytes that were tried, whatever happens to the file meanwhile.
+        # The same bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)
     with file:
         with readable(path):
@@ -199,7 +200,7 @@ def opened(
 
 @contextmanager
 def readable(path: Path) -> Iterator[None]:
-    """Say in our words what is wrong with a file."""
+    """Turn errors of a file into a StoreError with a plain sentence."""
     try:
         yield
     except FileNotFoundError:
@@ -221,11 +222,11 @@ def _look(node: Any, whole: bool) -> None:
 
 
 def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int:
-    """Check what a file says that it is, then whether it is made so; the number of its objects."""
+    """Check the root attributes of a file, then its structure; return the number of its objects."""
     root = h5g.open(file.id, b"/")
     structure.attributes("/", root)
     given = dict(file.attrs)
-    # A foreign file may have anything here, of any type and shape.
+    # In a foreign file attributes may have any type and shape.
     if not isinstance(given.get("format"), str) or given["format"] != FORMAT:
         raise StoreError.of(path, "an HDF5 file, but not a result of rigidpend")
     version: Any = given.get("format_version")
@@ -236,7 +237,7 @@ def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int
         if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
             raise Unfit(f"its attribute {word} is not a short text")
     if layout is None and "experiment" not in given:
-        raise Unfit("it does not say of which experiment")
+        raise Unfit("it does not name its experiment")
     try:
         return Checker(most).file(root, layout or experiments.layout(given["experiment"]))
     except experiments.UnknownExperiment as error:
@@ -246,8 +247,8 @@ def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int
 def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
 
-    Layout, ratio and errors are those of :func:`opened`; StoreError also where a checksum says that
-    the data changed on disk, or where values are not finite that must be.
+    Layout, ratio and errors are those of :func:`opened`; StoreError also if a checksum shows that
+    data changed on disk, or if values are not finite where they must be.
     """
     with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         return _loaded(file, layout)
@@ -256,7 +257,7 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
 def load_outlined(
     path: Path, layout: Layout | None = None, *, ratio: int = RATIO
 ) -> tuple[Loaded, Outline]:
-    """A file as :func:`load` gives it, and its :func:`outline`."""
+    """A file as :func:`load` returns it, and its :func:`outline`."""
     with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         return _loaded(file, layout), outline(file)
 
@@ -288,9 +289,9 @@ def attributes(path: Path) -> dict[str, Any]:
 
 
 def outline(file: h5py.File) -> Outline:
-    """Every object of an open file by its place, ``/`` first, with its attributes.
+    """The attributes of every object of an open file, by its path, ``/`` first.
 
-    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
+    Datasets have two more entries, ``(kind)`` of their numbers and ``(dimensions)``.
     """
     found = {"/": dict(file.attrs)}
     file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
@@ -305,14 +306,14 @@ def read_config(text: str) -> dict[str, Any]:
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise Unfit("its config is no JSON object")
+        raise Unfit("its config is not a JSON object")
     if depth > DEEPEST:
         raise Unfit(f"its config has more than {DEEPEST} brackets inside each other")
     return found
 
 
 def _depth(node: Any) -> int:
-    """Count the brackets inside each other."""
+    """Depth of nested brackets."""
     inner = node.values() if isinstance(node, dict) else node if isinstance(node, list) else None
     return 0 if inner is None else 1 + max(map(_depth, inner), default=0)
 
@@ -327,6 +328,6 @@ def _plain(node: Any) -> Any:
 def _features(node: Any) -> dict[str, Any]:
     if not isinstance(node, h5py.Dataset):
         return told(node.attrs)
-    # Texts may be of any length.
+    # The length of texts is no difference of structure.
     kind = node.dtype.kind if node.dtype.kind in "SOU" else node.dtype.str.lstrip("<>|=")
     return {**told(node.attrs), "(kind)": kind, "(dimensions)": node.ndim}

@@ -1,9 +1,9 @@
 """Check of the structure of a result file, before a value is read: as its layout declares.
 
 HDF5 follows links into other files, reads arrays from any file of the user, loads plugins for
-unknown filters, and allocates what a header asks for. So a file is opened only where each
-object is a hard link, its data lie in the file itself, and its type, shape and size are those
-of the layout. The low-level interface is used: it opens nothing by itself.
+unknown filters, and allocates what a header asks for. So a file is used only if each object is
+reached by a hard link, its data lie in the file itself, and its type, shape and size are those of
+the layout. The low-level interface is used, because it opens nothing by itself.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from rigidpend.experiments.data import (
 from rigidpend.machine.files import StoreError
 
 DEPTH, OBJECTS, NAME = 8, 20_000, 200
-"""Groups in groups, objects in a file and characters of a name, at most."""
+"""Largest depth of nested groups, number of objects in a file, and length of a name."""
 ATTRIBUTES, ATTRIBUTE = 64, 2**16
-"""Attributes of an object, and bytes of one, at most; longer texts lie elsewhere."""
+"""Largest number of attributes of an object, and bytes of one; HDF5 keeps longer ones elsewhere."""
 WIDEST = 4096
-"""Bytes of a text in an array of texts."""
+"""Largest number of bytes of a text in an array of texts."""
 WHERE = (h5d.COMPACT, h5d.CONTIGUOUS, h5d.CHUNKED)
 """Ways of storage whose bytes lie in the file itself, unlike external and virtual ones."""
 FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
@@ -48,7 +48,7 @@ TYPES = (
     ),
     (FLAG, h5t.py_create(np.dtype(bool))),
 )
-"""Types of elements by their kinds: numbers of either order of bytes."""
+"""Types of elements by kind; numbers may have either byte order."""
 HELD = {
     FLOAT: "doubles",
     WHOLE: "whole numbers",
@@ -65,17 +65,17 @@ MARKS = (*REFERRING, "DIMENSION_LABELS", "CLASS", "NAME")
 
 
 class Unfit(StoreError):
-    """A file that is not made as a result is; says where and why."""
+    """Error: a file without the structure of a result; says where and why."""
 
 
 class Checker:
-    """The check of one file, all arrays of which have at most so many bytes."""
+    """The check of one file, whose arrays may have at most `most` bytes together."""
 
     def __init__(self, most: int) -> None:
         self._left, self._objects = most, OBJECTS
 
     def file(self, root: h5g.GroupID, layout: Layout) -> int:
-        """Check a whole file, whose data have that layout: the number of its objects, or Unfit."""
+        """Check a whole file against a layout; return the number of its objects, or raise Unfit."""
         top: Layout = {"config": Field(TEXT), "provenance": {}, "data": layout}
         self._group("", root, top, {})
         return OBJECTS - self._objects
@@ -96,6 +96,7 @@ class Checker:
         if place.count("/") > DEPTH:
             raise Unfit(f"more than {DEPTH} groups inside each other")
         own, further = named(layout), members(layout)
+        # Only what the layout names may be in the root; elsewhere the whole file's bound counts.
         found = self._members(place, group, OBJECTS if place else len(own))
         inside = f"{place}/" if place else ""
         for name, (_, needed) in own.items():
@@ -109,7 +110,7 @@ class Checker:
         if further is not None:
             _same(place, further[0], sizes, len(others))
             for name in others:
-                # A copy: what is first met in a member has a size there alone.
+                # A copy of the sizes: a dimension first met in a member has its size only there.
                 self._visit(f"{inside}{name}", found[name], further[1], dict(sizes))
 
     def _members(self, place: str, group: h5g.GroupID, most: int) -> dict[str, Any]:
@@ -125,7 +126,7 @@ class Checker:
             name = raw.decode("utf-8")
             shown = f"{place}/{name[:NAME]}".lstrip("/")
             if len(name) > NAME or not name.isprintable() or set(name) & set("$\\/"):
-                raise Unfit(f"{shown[:60]!r} is no name of ours")
+                raise Unfit(f"{shown[:60]!r} is not a valid name")
             if group.links.get_info(raw).type != h5l.TYPE_HARD:
                 raise Unfit(f"{shown} is a link to somewhere else, which is not followed")
             found[name] = h5o.open(group, raw)
@@ -138,18 +139,22 @@ class Checker:
     ) -> None:
         made, space = dataset.get_create_plist(), dataset.get_space()
         if made.get_layout() not in WHERE or made.get_external_count():
-            raise Unfit(f"{place} is stored outside of the file, where nothing is read")
+            raise Unfit(f"{place} is stored outside of the file, which is not allowed")
         filters = {made.get_filter(k)[0] for k in range(made.get_nfilters())}
         if not filters <= set(FILTERS):
-            raise Unfit(f"{place} is stored through a filter that is not ours")
+            raise Unfit(f"{place} is stored through an unknown filter")
         if space.get_simple_extent_type() not in (h5s.SCALAR, h5s.SIMPLE):
             raise Unfit(f"{place} has no shape")
         shape, datatype = space.get_simple_extent_dims(), dataset.get_type()
         width = datatype.get_size()
         size = math.prod(shape) * width
+        # Checked before reading, for which HDF5 allocates what the header claims.
         if size > self._left:
-            raise Unfit(f"{place} is too large: {size:.2g} bytes, with what is before it")
+            raise Unfit(
+                f"{place} is too large: {size:.2g} bytes, together with the arrays before it"
+            )
         self._left -= size
+        # HDF5 reads whole chunks into memory, however small the array is.
         chunked = made.get_layout() == h5d.CHUNKED
         if chunked and math.prod(made.get_chunk()) * width > self._left:
             raise Unfit(f"{place} is stored in pieces that are too large")

@@ -233,10 +233,10 @@ def _alarm(run: Run, wrong: NDArray[np.intp]) -> str:
     first = wrong[0]
     J1 = run.starts.J1_0[first] if run.starts else run.problem.J1_0
     return (
-        "return maps and integration call different symbols certain, so that neither is to be"
-        f" believed: of a sample {wrong.size} differ, the first at theta2_0 ="
+        "return maps and integration call different symbols certain, so neither can be trusted:"
+        f" {wrong.size} of the orbits in a sample differ, the first at theta2_0 ="
         f" {run.phases.high[first]} and J1_0 = {J1}; please report it (precisions that do not"
-        " begin with 53 do without maps)"
+        " begin with 53 use no maps)"
     )
 
 

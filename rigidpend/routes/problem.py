@@ -61,7 +61,7 @@ class RouteProblem:
         h0, mu = self.h0.in_context(m), self.body.mu.in_context(m)
         check_energy("h0", self.h0, self.body.mu)
         if 0 < mu < LEAST * h0:
-            message = f"mu = {self.body.mu} is below {LEAST} h0, where doubles lose it; mu = 0?"
+            message = f"mu = {self.body.mu} is below {LEAST} h0, too small for doubles; mu = 0?"
             raise ProblemError("mu", message)
         J1, J2 = self.J1_0.in_context(m), self.J2_0(113)
         shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"

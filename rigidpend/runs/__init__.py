@@ -3,12 +3,12 @@
 Modules
 -------
 loading     a checked config from a file
-runner      from configs to result files; what is up to date is left alone
-parts       checkpoints: an interrupted run goes on from its finished parts
-provenance  what a result was made from: versions, commit, machine, code
-logs        progress and errors kept beside the results
+runner      from configs to result files; a result that is up to date is not computed again
+parts       checkpoints: an interrupted run continues from its finished parts
+provenance  the origin of a result: versions, commit, machine, code
+logs        progress and errors, stored beside the results
 cluster     parts computed by a Dask cluster
-regression  results against stored references
-certificates  certificates of whole configs, kept while they are made
+regression  comparison of results with stored references
+certificates  certificates of whole configs, stored while they are made
 certificate_files  certificates as files
 """

@@ -132,7 +132,7 @@ def orbits(config: LoadedConfig, folder: Path) -> Routes:
         found = computation.orbits(config.content, lambda: store.load(source)["data"])
         if (count := sum(len(phases) for _, phases in found.values())) <= MOST_ORBITS:
             return dict(found)
-        refused = f"{count} orbits, and {MOST_ORBITS} are the most in a certificate"
+        refused = f"{count} orbits: a certificate holds at most {MOST_ORBITS}"
     raise ConfigError([Complaint(Origin(config.name), ("experiment",), refused)])
 
 
@@ -218,7 +218,9 @@ def _routes(file: Path, stored: Loaded) -> Routes:
     except ValueError as error:
         raise store.StoreError(f"{file}: its config: {short(error)}") from None
     if lacking := sorted(found.keys() - stored["data"].keys()):
-        raise store.StoreError(f"{file}: {lacking[0]}: its config asks for this array; it is gone")
+        raise store.StoreError(
+            f"{file}: {lacking[0]}: its config asks for this array, which is missing"
+        )
     if more := sorted(stored["data"].keys() - found.keys()):
         raise store.StoreError(f"{file}: {more[0]}: its config does not ask for this array")
     if sum(len(phases) for _, phases in found.values()) > MOST_ORBITS:

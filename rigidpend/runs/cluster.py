@@ -1,8 +1,8 @@
-"""Parts of a run computed by a Dask cluster, whichever of its workers come and go.
+"""Parts of a run computed by a Dask cluster, whose workers may join and leave.
 
-The scheduler gives a part that was on a lost worker to another one. Here each part is kept on
-disk as soon as it is there, as if it had been computed here: the result is the same file, and a
-run that was interrupted goes on, with the cluster or without.
+The scheduler gives the part of a lost worker to another one. This process stores each part on disk
+as soon as it arrives, as if it had computed the part itself: the result is the same file, and an
+interrupted run continues, with the cluster or without.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts
 
 AHEAD = 3
-"""Parts in the scheduler's hands for each thread of the workers, so that none of them waits."""
+"""Parts given to the scheduler for each thread of the workers, so that no thread waits."""
 LEAST_AHEAD = 16
-"""The same at least, for workers that are still to come."""
+"""Least number of parts given to the scheduler, for workers that join later."""
 PATIENCE = 5.0
 """Seconds for the scheduler to answer."""
 SCHEMES = ("", "tcp", "tls", "ws", "wss")
-"""Ways to reach a scheduler; tcp where nothing is said."""
+"""Protocols to reach a scheduler; tcp if none is given."""
 LOOK = 0.5
 """Seconds between two looks at the workers."""
-ROOM = "give it more, or fewer threads, as by dask worker --nthreads 1 --memory-limit 8GB"
-"""The cure for want of memory."""
+ROOM = "give it more, or fewer threads, for example by dask worker --nthreads 1 --memory-limit 8GB"
+"""Advice for a worker that runs out of memory."""
 PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
-"""Modules of routes that workers compute with besides an experiment's own."""
-CONTINUES = "what is finished is kept: the same command again continues"
+"""Modules of routes that workers use besides those of an experiment."""
+CONTINUES = "finished parts are kept, and the same command continues"
 
 
 def check_extra() -> None:
-    """Make sure that Dask's scheduler can be talked to: that the extra `cluster` is installed."""
+    """Raise Absent unless the extra `cluster` is installed, which has the client of Dask."""
     if importlib.util.find_spec("distributed") is None:
         raise Absent(
             "distributed is needed for --scheduler, and not installed;"
@@ -57,14 +57,16 @@ def check_extra() -> None:
 
 
 def complaint(address: str) -> str:
-    """Reason why no scheduler can have this address; empty if one can."""
+    """Reason why no scheduler can have this address; empty if it is possible."""
     scheme, _, place = address.rpartition("://")
     try:
         parts = urlsplit(f"//{place}")
         usable = scheme in SCHEMES and parts.hostname and parts.port and parts.netloc == place
     except ValueError:
         usable = None
-    return "" if usable else f"{address!r} is no address of a scheduler, as tcp://host:8786 is"
+    return (
+        "" if usable else f"{address!r} is not the address of a scheduler, such as tcp://host:8786"
+    )
 
 
 def computed(
@@ -76,12 +78,12 @@ def computed(
     report: Callable[[str], None],
     crew: dict[str, int],
 ) -> Iterator[Tree]:
-    """Let a cluster compute what is not kept yet, then give all parts in their order.
+    """Let a cluster compute the parts that are not stored yet, then yield all parts in order.
 
-    Functions and arguments of pieces go to other machines, pickled; each part is kept as soon as it
-    is there, and `crew` takes up how many each worker computes. The engine is empty for closed
-    forms. WorkerError where the scheduler does not answer, or a worker cannot do what this machine
-    does: it has another version, lacks a library or memory, or dies again and again.
+    Functions and arguments of pieces go to other machines, pickled; each part is stored as soon as
+    it arrives, and `crew` counts the parts of each worker. The engine is empty for closed forms.
+    WorkerError if the scheduler does not answer, or if a worker has another version, lacks a
+    library or memory, or dies repeatedly.
     """
     missing = [piece for piece in pieces if not parts.has(piece.name)]
     if len(missing) < len(pieces):
@@ -90,7 +92,7 @@ def computed(
         for tree, name, worker in gathered(address, experiment, engine, missing, report):
             parts.keep(name, lambda: tree)  # noqa: B023
             crew[worker] = crew.get(worker, 0) + 1
-    # One at a time from the disk: memory holds none of them together.
+    # Read from disk one at a time: memory never holds all of them.
     return parts.in_order(pieces)
 
 
@@ -101,10 +103,10 @@ def gathered(
     pieces: Sequence[Piece],
     report: Callable[[str], None],
 ) -> Iterator[tuple[Any, str, str]]:
-    """Outcomes of pieces on a cluster's workers, with the names of piece and worker, as they come.
+    """Outcomes of pieces on a cluster's workers, with names of piece and worker, as they arrive.
 
-    Some pieces are sent ahead of those that are in hand. Takes and raises what :func:`computed`
-    does; nothing is kept.
+    Some pieces are sent ahead of those being computed. Arguments and errors are those of
+    :func:`computed`; nothing is stored.
     """
     given = experiment, engine, facts_of(experiment, engine)
     waiting, names, done, idle = iter(pieces), dict[Any, str](), 0, False
@@ -114,12 +116,13 @@ def gathered(
             check_stop()
             threads = sum(client.nthreads().values())
             if not threads and not idle:
-                wanted = f"no workers; it waits until one comes: dask worker {address}"
+                wanted = f"no workers yet; it waits for one, started by: dask worker {address}"
                 report(f"cluster {address}: {wanted}")
             idle = not threads
             ahead = max(LEAST_AHEAD, AHEAD * threads) - len(names)
             for piece in itertools.islice(waiting, max(0, ahead)):
                 call = pickle.dumps(_Call((*given, pickle.dumps((piece.work, piece.arguments)))))
+                # Not pure, so that Dask never takes a result of an equal call from before.
                 names[client.submit(pickle.loads, call, pure=False)] = piece.name
             for future in _ready(client, list(names)):
                 done += 1
@@ -131,8 +134,8 @@ def gathered(
 class _Call(NamedTuple):
     """A part that is computed where it is unpickled.
 
-    Plain bytes reach a worker that lacks this package, too: it then fails in words, where our
-    functions as such would end the worker.
+    A worker without this package can receive plain bytes, and then fails with a message; an
+    unknown function of ours would end the worker.
     """
 
     arguments: tuple[Any, ...]
@@ -142,7 +145,7 @@ class _Call(NamedTuple):
 
 
 def _ready(client: Any, futures: list[Any]) -> Collection[Any]:
-    """Those of some futures that are done, once one of them is; none if that takes long."""
+    """Wait until some of the futures are done and return these; none after a while."""
     import distributed
 
     try:
@@ -157,16 +160,17 @@ def _answer(client: Any, future: Any) -> tuple[Tree, str]:
     try:
         return future.result()
     except (ImportError, AttributeError) as error:
+        # The function could not be unpickled: each worker is asked if it can import this module.
         tried = client.run(exec, f"import {__name__}", on_error="return")
         lacking = [worker for worker, failed in tried.items() if failed is not None]
         raise WorkerError(
-            f"rigidpend as it is here is not on {', '.join(lacking) or 'a lost worker'} ({error}):"
+            f"no rigidpend like the one here on {', '.join(lacking) or 'a lost worker'} ({error}):"
             f" install it there; {CONTINUES}"
         ) from None
 
 
 def _client(address: str) -> Any:
-    """A client of the scheduler; what listens there and says nothing is none."""
+    """A client of the scheduler; a server that does not answer counts as no scheduler."""
     import distributed
 
     made: Future[Any] = Future()
@@ -177,6 +181,7 @@ def _client(address: str) -> Any:
         except Exception as error:  # noqa: BLE001
             made.set_exception(error)
 
+    # A thread of its own connects, because that may hang, and Ctrl-C must be obeyed meanwhile.
     threading.Thread(target=connect, daemon=True).start()
     until = time.monotonic() + PATIENCE
     while wait([made], PERIOD).not_done and time.monotonic() < until + 1:
@@ -192,32 +197,32 @@ def _client(address: str) -> Any:
 
 @contextmanager
 def named_errors(address: str) -> Iterator[None]:
-    """Errors of the cluster as sentences of ours."""
+    """Turn errors of the cluster into sentences of WorkerError."""
     from distributed import CancelledError, KilledWorker
     from distributed.comm import CommClosedError
 
     try:
         yield
     except KilledWorker as error:
-        lost = getattr(error.last_worker, "address", "its worker")
-        said = f"a part was lost with the worker {lost} and others before, perhaps for want of"
-        raise WorkerError(f"cluster {address}: {said} memory there: {ROOM}; {CONTINUES}") from None
+        lost = getattr(error.last_worker, "address", "of unknown address")
+        said = f"worker {lost} died with a part, as others did before, perhaps for lack of memory"
+        raise WorkerError(f"cluster {address}: {said}: {ROOM}; {CONTINUES}") from None
     except (CancelledError, CommClosedError, OSError):
-        # A connection that closes, or one that is not made again in time.
+        # The connection closed, or was not made again in time.
         raise WorkerError(f"cluster {address}: the scheduler went away; {CONTINUES}") from None
 
 
 def facts_of(experiment: str, engine: str) -> dict[str, str]:
-    """All that decides the numbers of a part on this machine: of results, proofs and addresses."""
+    """Code hashes and versions that decide the numbers of a part, for comparison with a worker."""
     routes = (inside("routes", *place) for place in PROVING_AND_FINDING)
     code = digest(provenance.code_hash(experiment) + code_hash_of(*routes))
     return {"code": code, "engine": provenance.engine_name(engine)}
 
 
 def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) -> tuple[Tree, str]:
-    """Compute a part on a worker that has the same code and engine; the worker's name with it.
+    """Compute a part on a worker with the same code and engine; return it with the worker's name.
 
-    The job is unpickled here, where it is known what the worker is called that cannot do it.
+    The job is unpickled here, so that an error can name the worker.
     """
     here, own = _name(), facts_of(experiment, engine)
     for what, value in wanted.items():
@@ -240,7 +245,7 @@ def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) 
 
 
 def _name() -> str:
-    """This worker, by its address and its machine."""
+    """Name of this worker: its address and its machine."""
     from distributed import get_worker
 
     try:

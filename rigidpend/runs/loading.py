@@ -31,7 +31,7 @@ __all__ = ["ConfigError", "LoadedConfig", "load", "load_swept", "resolved_yaml"]
 
 @dataclass(frozen=True)
 class LoadedConfig:
-    """A checked config and the name under which its results are kept."""
+    """A checked config and the name under which its results are stored."""
 
     name: str
     experiment: str
@@ -49,7 +49,7 @@ class LoadedConfig:
 
     @property
     def engine(self) -> str:
-        """Engine that computes it; empty where nothing is integrated."""
+        """Engine that computes the config; empty if it integrates nothing."""
         asked = self.content.numerics_asked
         return (asked["engine"] or arithmetic.DEFAULT_ENGINE) if asked else ""
 
@@ -58,7 +58,7 @@ def resolved_yaml(config: LoadedConfig) -> str:
     """Write a config with all its defaults as YAML, which :func:`load` reads as the same config.
 
     Numbers are as they were written, and every key has its meaning and unit beside it. The name
-    of the figure is left out: what is edited makes another one.
+    of the figure is left out, because an edited config makes another figure.
     """
     dumped = config.content.model_dump(mode="json", context=WRITTEN, exclude={"figure"})
     return writer.to_yaml(dumped, type(config.content))
@@ -67,7 +67,7 @@ def resolved_yaml(config: LoadedConfig) -> str:
 def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     """Read and check a config, with overrides ``a.b=VALUE``, applied in order.
 
-    ConfigError with all that is wrong, each with its place in the file.
+    ConfigError lists all errors, each with its place in the file.
     """
     [[found]] = load_swept([path], settings)
     return found
@@ -104,11 +104,11 @@ def load_swept(
     name: str | None = None,
     option: str = "--set ",
 ) -> list[list[LoadedConfig]]:
-    """Load the configs that each file stands for: itself, or each combination of a sweep.
+    """Load the config of each file, or one config for each combination of a sweep.
 
     Options are ``KEY=VALUE`` and ``KEY=VALUE,VALUE``; complaints about all are raised together, and
-    have a setting behind the `option` that gave it. The name is that of the result of a single
-    file, or the beginning of its results' names.
+    show a setting after the `option` that gave it. The name is that of the result of a single
+    file, or the beginning of the names of a sweep's results.
     """
     if name is not None:
         overrides.check_name(name, Origin("--name"))
@@ -122,9 +122,9 @@ def _swept(
     path: Path, settings: Sequence[tuple[str, Origin]], sweeps: Sequence[Sweep], name: str | None
 ) -> list[LoadedConfig]:
     document = _read(path)
-    # One without an ending and of no further settings, where nothing is swept.
+    # Without a sweep there is one variant, with an empty ending and no further settings.
     every = overrides.variants(sweeps)
-    # Read once: of a thousand members the file is the same.
+    # Read once, because all members of a sweep share the file.
     members = _together(
         [
             partial(_loaded, path, copy.deepcopy(document), [*settings, *swept])
@@ -132,7 +132,7 @@ def _swept(
         ],
         [path.stem] * len(every),
     )
-    # The file's own name, before the ending, may be any that a file can have.
+    # Only the ending is checked: the name of the file itself may be any.
     for ending in every if sweeps else ():
         overrides.check_name(ending, Origin("sweep"))
     names = [f"{name or path.stem}{ending}" for ending in every]
@@ -156,7 +156,7 @@ def _together(calls: Sequence[Callable[[], Result]], names: Sequence[str]) -> li
 
 
 def _named(complaint: Complaint, of: Sequence[str], names: set[str]) -> Complaint:
-    """Say which configs an option does not fit; one that fits none needs no names."""
+    """Add to a complaint the configs that an option does not fit, unless it fits none."""
     if complaint.origin.line is not None or set(of) == names:
         return complaint
     return replace(complaint, configs=tuple(dict.fromkeys(of)))
@@ -173,7 +173,7 @@ def _read(path: Path) -> Document:
 
 
 def _titled(path: Path, configs: list[LoadedConfig], *, changed: bool) -> list[LoadedConfig]:
-    """Take the name of the paper's figure from configs of a file that are of another problem."""
+    """Remove the name of a figure of the paper from configs with another problem."""
     shipped = tuple(catalogue.shipped())
     if path.resolve() in shipped and not changed:
         return configs
@@ -188,7 +188,7 @@ def _of_its_figure(content: ExperimentConfig, shipped: tuple[Path, ...]) -> Expe
 
 @functools.lru_cache(maxsize=16)
 def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
-    """Problems of the shipped configs that make a figure."""
+    """Problems of the shipped configs that make this figure."""
     line = re.compile(rf'^figure: "?{re.escape(figure)}"?$', re.MULTILINE)
     texts = ((path, path.read_text(encoding="utf-8")) for path in shipped)
     return [load(path).content.problem for path, text in texts if line.search(text)]

@@ -1,4 +1,4 @@
-"""Logs beside the results: `NAME.log` holds what was said of the last run of NAME, as it went."""
+"""Logs beside the results: `NAME.log` has the messages of the last run of NAME."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from pathlib import Path
 class Logs:
     """The logs of one command, written line by line.
 
-    Each stands beside the result file of its name, and begins with the same line. A log that cannot
-    be written is left out: it is no reason not to compute.
+    Each log is beside the result file of its name, and all begin with the same line. A log that
+    cannot be written is left out, so that the computation goes on.
     """
 
     def __init__(self, targets: Mapping[str, Path], opening: str) -> None:
@@ -28,17 +28,17 @@ class Logs:
         return self._logs[name] if self._begun.get(name) else None
 
     def failure(self, name: str, error: BaseException) -> Path:
-        """Write an error with its traceback; where, is returned."""
+        """Write an error with its traceback, and return the file."""
         return self._logs[name] if self.hear(name, _trace(error)) else elsewhere(error)
 
     def hear(self, name: str, text: str) -> bool:
-        """Take a line into the log of a name; False where it cannot be written."""
+        """Write a line to the log of a name; False if it cannot be written."""
         path = self._logs[name]
         with self._lock, contextlib.suppress(OSError):
             if name not in self._begun:
                 self._begun[name] = False
                 path.parent.mkdir(parents=True, exist_ok=True)
-                # A new file, so that nothing is written through a link or into a pipe in its place.
+                # A new file, so that nothing is written through an existing link or into a pipe.
                 path.unlink(missing_ok=True)
                 _write(path, "x", self._opening)
                 self._begun[name] = True
@@ -55,7 +55,7 @@ def _write(path: Path, mode: str, text: str) -> None:
 
 
 def elsewhere(error: BaseException) -> Path:
-    """Write an error with its traceback to a file of its own in the folder for such."""
+    """Write an error with its traceback to a file of its own in the system's temporary folder."""
     with tempfile.NamedTemporaryFile(
         "w", encoding="utf-8", errors="replace", prefix="rigidpend-", suffix=".log", delete=False
     ) as log:

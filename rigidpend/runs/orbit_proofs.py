@@ -53,7 +53,7 @@ LAYOUT = {
 def prepare(file: Path) -> None:
     """Refuse a file to which no proof can be written, by StoreError."""
     if not is_proof(file):
-        raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
+        raise store.StoreError(f"{file}: the name of a proof ends in {SUFFIX}")
     store.prepare(file, "choose another file with --proof")
 
 
@@ -126,9 +126,9 @@ def check(file: Path, jobs: int, report: Report) -> str:
     except (ValueError, Undecided) as error:
         raise store.StoreError(f"{file}: not proven: {short(error)}") from None
     return (
-        f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
-        f" {sections.told(low, high)}"
-        f" one has the code of {counted(len(code), 'symbol')} {code}"
+        f"one of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
+        f" {sections.words_on_phases(low, high)}"
+        f" has the code of {counted(len(code), 'symbol')} {code}"
     )
 
 
@@ -175,10 +175,8 @@ def _checked(
     """The symbols of a part's links; its last set is only covered, unless it is the last of all."""
     *numbers, say = of
     first, sources, proof, whole = part
-    links: list[Any] = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
-    # Behind the last set nothing is to be covered, but its passage has a symbol.
-    links += [None] if whole else []
-    found = coverings.prove_chain(sections.Numbers.of(*numbers), links, first=first)
+    links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
+    found = coverings.prove_chain(sections.Numbers.of(*numbers), links, whole, first=first)
     say("checked")
     return found
 

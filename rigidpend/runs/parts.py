@@ -1,4 +1,4 @@
-"""Finished parts of a long run, kept until its result is written: a run goes on where it was."""
+"""Finished parts of a long run, stored until its result is written, from which a run continues."""
 
 from __future__ import annotations
 
@@ -14,24 +14,25 @@ from typing import TYPE_CHECKING, Any
 from rigidpend.machine import cache, files
 from rigidpend.machine.workers import ahead, check_stop, worth_processes
 
-# A plan sweeps up without numpy.
+# Plans use `sweep`, and must not import numpy.
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Tree
 
 KINDS = re.compile(r"[<>|][biufcS]\d{1,6}")
-"""Types of the elements of arrays, as numpy calls them."""
+"""Types of the elements of arrays, as numpy writes them."""
 UNFIT = ArithmeticError, LookupError, RecursionError, TypeError, ValueError
-"""Errors of bytes that are no part."""
+"""Errors raised by bytes that are no part."""
 DIGITS = 12
-"""Digits of the length of an outline, which stand before it."""
+"""Digits of the length of an outline, which precede it."""
 
 
 class Parts:
     """The parts of one run, in a folder of their own beside the result.
 
-    Parts of another fingerprint, which is all that the result depends on, are not used: each has a
-    folder inside. A run that finds its parts gone, for another has dropped them, keeps new ones.
+    A fingerprint identifies everything that the result depends on, and has a folder of its own, so
+    that parts of another fingerprint are not used. If another run drops the parts meanwhile, new
+    ones are stored.
     """
 
     def __init__(self, target: Path, fingerprint: str) -> None:
@@ -43,14 +44,14 @@ class Parts:
         return len(list(self._folder.glob("[!.]*.kept")))
 
     def keep(self, name: str, compute: Callable[[], Tree]) -> Tree:
-        """The part of that name: as kept by an earlier run, or computed and kept.
+        """The part of that name: stored by an earlier run, or computed and stored now.
 
-        One that does not fit is told, and computed again (see `cache.load_file`). StoreError where
-        it cannot be written, as where a folder is in its place.
+        A part that does not fit is reported, and computed again (see `cache.load_file`). StoreError
+        if it cannot be written, for example because a folder is in its place.
         """
         self._make_room()
         path, of = self._path(name), f"{self._fingerprint}, part {name}".encode()
-        # Asked before hours of computation, which could not be kept.
+        # Checked before hours of computation whose result could not be stored.
         files.make_way(path)
         content = cache.load_file(path, of)
         if content is not None:
@@ -71,14 +72,14 @@ class Parts:
         return self._path(name).is_file()
 
     def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
-        """The parts one after the other, each :meth:`keep`; where there are many by processes."""
+        """The parts in order, each by :meth:`keep`; many parts are computed by processes."""
         self._make_room()
         missing = [piece for piece in pieces if not self.has(piece.name)]
         apart = worth_processes(len(missing), jobs)
         made = ahead(_computed, missing, jobs) if apart else map(_computed, missing)
         names = {piece.name for piece in missing}
         for piece in pieces:
-            # What another run has kept meanwhile is the same.
+            # A part that another run has stored meanwhile is the same.
             again = [next(made)].pop if piece.name in names else partial(_computed, piece)
             yield self.keep(piece.name, again)
 
@@ -91,7 +92,7 @@ class Parts:
         return self._folder / f"{name}.kept"
 
     def _make_room(self) -> None:
-        """Remove what is in the place of a folder, a link elsewhere too."""
+        """Remove a file or link that is in the place of a folder."""
         try:
             for folder in (self._whole, self._folder):
                 if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
@@ -107,9 +108,10 @@ def packed(tree: Tree) -> bytes:
     return b"".join([b"%0*d" % (DIGITS, len(outline)), outline, *arrays])
 
 
-# Functions within would refer to themselves, and keep the arrays until garbage is looked for.
+# A module's function, because a recursive closure is a reference cycle, which would keep the
+# arrays in memory until a garbage collection.
 def _outlined(node: Any, arrays: list[bytes]) -> Any:
-    """The outline of a group or of an array, whose bytes are added to those of all."""
+    """The outline of a group or of an array; the bytes of arrays are appended to `arrays`."""
     import numpy as np
 
     from rigidpend.experiments.data import as_bytes
@@ -128,9 +130,9 @@ def _outlined(node: Any, arrays: list[bytes]) -> Any:
 
 
 def unpacked(content: bytes) -> Tree:
-    """A part as it was given to :func:`packed`; one of `UNFIT` where the bytes are none.
+    """The part that was given to :func:`packed`; one of the errors `UNFIT` for other bytes.
 
-    Whatever they say, no more memory is taken than they have themselves.
+    Whatever the outline says, no more memory is taken than the bytes have.
     """
     at = DIGITS + int(content[:DIGITS])
     tree: Tree = _unpacked(json.loads(content[DIGITS:at]), content, [at])
@@ -138,7 +140,7 @@ def unpacked(content: bytes) -> Tree:
 
 
 def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
-    """A group or an array by its outline; `ends` takes where its bytes end."""
+    """A group or an array from its outline; `ends` collects the ends of the arrays' bytes."""
     import numpy as np
 
     if isinstance(node, dict):
@@ -148,6 +150,7 @@ def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
         return text
     if not KINDS.fullmatch(kind):
         raise TypeError(f"arrays of {kind} are not kept")
+    # The array is a view of the bytes at first: numpy refuses a shape that they do not hold.
     array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
     ends.append(ends[-1] + array.nbytes)
     return array if shape else array[()]
@@ -158,7 +161,7 @@ def _computed(piece: Piece) -> Tree:
 
 
 def sweep(target: Path) -> None:
-    """Remove what killed runs left beside a finished result some time ago."""
+    """Remove files and parts that killed runs left beside a finished result some time ago."""
     files.sweep(target)
     _sweep_parts(_folder(target))
 
@@ -168,7 +171,7 @@ def _folder(target: Path) -> Path:
 
 
 def _sweep_parts(whole: Path) -> None:
-    """Remove the folders of parts to which no run has added for long, and what then is empty."""
+    """Remove folders of parts to which no run has added for long, and folders left empty."""
     with contextlib.suppress(OSError):
         for folder in () if whole.is_symlink() else whole.iterdir():
             if files.is_left(folder):

@@ -20,17 +20,17 @@ ABSENT = "absent"
 
 
 def config_hash(resolved: dict[str, Any]) -> str:
-    """Hash a resolved config: comments, layout and the name of its figure don't count."""
+    """Hash of a resolved config, without comments, layout and the name of its figure."""
     counted = {key: value for key, value in resolved.items() if key != "figure"}
     return digest(json.dumps(counted, sort_keys=True))
 
 
 def code_hash(experiment: str) -> str:
-    """Hash the code that a result follows from: that of its config's schema, and what computes.
+    """Hash of the code that a result follows from: the experiment's schema and computation.
 
-    With them counts every module of the package that they import, directly or not: its
-    expansion of an axis is as much a cause of a result as an integrator. Comments and docstrings
-    don't count, nor what only type checkers import.
+    Every module of the package that they import, directly or not, is included: the expansion of an
+    axis in a schema affects a result as much as an integrator. Comments, docstrings and imports
+    for type checkers are not.
     """
     parts = (inside("experiments", experiment, f"{part}.py") for part in ("schema", "compute"))
     return code_hash_of(*parts)
@@ -59,12 +59,12 @@ def provenance() -> dict[str, str]:
 
 
 def of_workers(crew: Mapping[str, int]) -> dict[str, str]:
-    """Provenance of what a cluster computed: how many parts each worker did, if any."""
+    """Provenance of the parts that a cluster computed: their number for each worker."""
     return {"workers": json.dumps(crew, indent=2)} if crew else {}
 
 
 def processor_model() -> str:
-    """The processor's name, as far as the system tells it."""
+    """The processor's name, as far as the system knows it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -84,9 +84,9 @@ def version(library: str) -> str:
 
 
 def commit_here() -> str:
-    """Commit of the checkout that the code runs from, with + where it was changed.
+    """Commit of the checkout that the code runs from, with + if files were changed.
 
-    A repository around it, or one that the user's shell names, is another's.
+    A repository around the checkout, or one that the user's environment names, is ignored.
     """
     own = {name: x for name, x in os.environ.items() if not name.startswith("GIT_")}
     own["GIT_CEILING_DIRECTORIES"] = str(PACKAGE.parents[1])

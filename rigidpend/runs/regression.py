@@ -30,12 +30,12 @@ def verify(
     certificate: Loaded | None = None,
     report: Callable[[str], None] = tell_nobody,
 ) -> list[str]:
-    """Say where a stored result, the reference, differs by value from a fresh one.
+    """Differences by value of a stored result, the reference, from a fresh one.
 
-    The fresh one is read, or computed if there is none. First come differences in what the files
-    consist of, attributes and config included; where that is the same, those in the values, each
-    array with its worst element. Last the symbols in which the fresh one contradicts a certificate,
-    which proves them. StoreError where a file cannot be read, or its values cannot be compared.
+    The fresh result is read, or computed if none is given. Differences of structure come first,
+    with attributes and config; if there are none, differences of values, each array with its worst
+    element; last the symbols of the fresh result that contradict a certificate. StoreError if a
+    file cannot be read, or its values cannot be compared.
     """
     old, outline = store.load_outlined(stored)
     with tempfile.TemporaryDirectory() as folder:
@@ -50,12 +50,12 @@ def verify(
     was, is_ = ({key: x for key, x in one.items() if key != "numerics"} for one in configs)
     changed = writer.changes(was, is_)
     found += [Difference(f"config/{key.replace('.', '/')}", *x) for key, x in changed.items()]
-    # Values are compared place by place, which only equal structures allow.
+    # Values are compared object by object, which needs equal structures.
     if outline.keys() == fresh_outline.keys():
         layout = experiments.layout(config.experiment)
         try:
             found += compare.differences(layout, old["data"], new["data"])
-        # A file may hold any values: what a comparison makes of them cannot be foreseen.
+        # A file may hold any values, which may raise any of these in a comparison.
         except (LookupError, ValueError, ZeroDivisionError) as error:
             said = f"{stored}: cannot be compared: {wording.error(error)}"
             raise files.StoreError(said) from None
@@ -65,9 +65,9 @@ def verify(
 
 
 def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None:
-    """Compute a reference again; its attribute `reasons` keeps why, and the reasons before."""
+    """Compute a reference again; its attribute `reasons` gets this reason after earlier ones."""
     before: list[str] = []
-    # One that is absent or damaged is renewed as well, with no earlier reasons to keep.
+    # An absent or damaged reference is renewed too; it has no earlier reasons.
     with contextlib.suppress(store.StoreError):
         before = list(store.attributes(target).get("reasons", []))
     today = datetime.datetime.now(datetime.UTC).date().isoformat()

@@ -1,4 +1,4 @@
-"""Remedies: how a result or a certificate that is absent or cannot be used is made anew."""
+"""Remedies: the commands that make an absent or unusable result or certificate again."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from rigidpend.machine.files import CERTIFICATE, StoreError
 
 
 def told(error: StoreError) -> str:
-    """The sentence of an error, with the remedy where it is of a result or a certificate."""
+    """The sentence of an error, with the remedy if it concerns a result or a certificate."""
     mend = remedy(error.file) if error.file else ""
     return f"{error}; {mend}" if mend else str(error)
 
 
 def remedy(file: Path) -> str:
-    """The command that makes a result or a certificate, or where it is to be looked up.
+    """Advice on the command that makes a result or certificate, or that helps to find it.
 
-    Empty for a file that is not there and that no known config makes.
+    Empty for a file that does not exist and that no known config makes.
     """
     if file.is_dir():
         return "a folder is in its place: move that away"
@@ -29,7 +29,7 @@ def remedy(file: Path) -> str:
         return call("certify" if file.stem != name else "run", [name], file.parent, force)
     if log.is_file():
         return f"the first line of {log} has the command that made it: add --force"
-    lost = "make it anew by the config that it was made by, or take another copy of it"
+    lost = "make it anew from its config, or take another copy of it"
     return lost if file.exists() else ""
 
 
@@ -40,7 +40,7 @@ def call(command: str, words: list[str], folder: Path, further: str = "") -> str
 
 
 def reference(config: Path, file: Path) -> str:
-    """The way to a reference that is absent or cannot be used, of a config."""
+    """Advice on making a config's reference that is absent or cannot be used."""
     if catalogue.PACKAGE in file.absolute().parents:
         return "it is a part of the package: install rigidpend anew"
     given = [] if file.parent == catalogue.REFERENCES else ["--reference", str(file.parent)]

@@ -1,4 +1,4 @@
-"""Runner: from configs to result files; what is up to date is left alone."""
+"""Runner: from configs to result files; a result that is up to date is not computed again."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
     from rigidpend.runs.loading import LoadedConfig
 
 SECONDS = "seconds"
-"""Root attribute of the time that a result took, unless it went on from parts."""
+"""Root attribute for the time that a result took, absent if the run continued from parts."""
 DOUBT = "doubt"
-"""Root attribute of what is uncertain."""
+"""Root attribute for the count of uncertain symbols."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of a run: where its result is, what that follows from, and the reason to compute it."""
+    """Plan of a run: the place of its result, its fingerprint, and the reason to compute it."""
 
     config: LoadedConfig
     target: Path
     fingerprint: dict[str, str]
-    """Hashes of config and code, and the engine: all on which the result depends."""
+    """Hashes of config and code, and the engine: everything on which the result depends."""
     reason: str
-    """Reason to compute the result; empty where the file is up to date."""
+    """Reason to compute the result; empty if the file is up to date."""
     doubt: str
-    """Count of what is uncertain in the result that is there, in words."""
+    """Count of uncertain symbols in the existing result, in words."""
     seconds: float = 0.0
-    """Seconds that the result there took, if it is of the same config; else 0."""
+    """Seconds that the existing result took, if it is of the same config; else 0."""
 
 
 REASONS = {
@@ -54,14 +54,14 @@ REASONS = {
 
 
 def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
-    """Decide whether a config is to be run, or by force; tidy up what a killed run left there.
+    """Decide whether to run a config, always with `force`, and remove what a killed run left.
 
-    StoreError where a file in the result's place is no result of ours, or is damaged.
+    StoreError if the file in the result's place is not a result of this package, or is damaged.
     """
     check_stop()
     target = folder / f"{config.name}.h5"
     if other := twin(target):
-        message = f"{other} is there, and some systems take both names for one file"
+        message = f"{other} exists, and some systems ignore the difference in case"
         raise StoreError(f"{target}: {message}; choose another with --name")
     fingerprint = {
         "config_hash": config.config_hash,
@@ -85,7 +85,7 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
 def _compared(
     target: Path, fingerprint: dict[str, str], config: LoadedConfig
 ) -> tuple[Mapping[str, Any], str]:
-    """Root attributes of the result in a place, and the reason to compute it again, if any."""
+    """Root attributes of the existing result, and the reason to compute it again, if any."""
     from rigidpend.config import writer
     from rigidpend.results import store
 
@@ -98,7 +98,7 @@ def _compared(
         raise StoreError(f"{error}; move it away, or overwrite it with --force") from None
     reasons = {key: said for key, said in REASONS.items() if known.get(key) != fingerprint[key]}
     if "config_hash" in reasons and "config_hash" in known:
-        # One that cannot be read changed in keys that cannot be named.
+        # If the stored config cannot be read, the changed keys cannot be named.
         with contextlib.suppress(StoreError):
             changed = writer.changes(store.config(target), config.resolved())
             reasons["config_hash"] += f"{': ' if changed else ''}{writer.sentence(changed)}"
@@ -106,9 +106,10 @@ def _compared(
 
 
 def expected_seconds(planned: Plan) -> float | None:
-    """Estimate how long a plan takes to compute, in seconds; None where nothing tells.
+    """Estimate of the seconds that a plan takes to compute; None without any estimate.
 
-    A result of the same problem says what it took, on whatever machine; else the experiment does.
+    It is the time that an existing result of the same config took, on any machine, or else the
+    experiment's own estimate.
     """
     if planned.seconds:
         return planned.seconds
@@ -120,9 +121,9 @@ def expected_seconds(planned: Plan) -> float | None:
 def follow(
     planned: Plan, jobs: int, say: Callable[[str], None], scheduler: str | None = None
 ) -> None:
-    """Run a planned experiment and say its beginning with the reason, its progress and its end.
+    """Run a planned experiment and report its reason, its progress and its end.
 
-    Takes and raises what :func:`run` does. What is finished is kept.
+    Arguments and errors are those of :func:`run`. Finished parts are stored.
     """
     start = time.perf_counter()
     say(f"computing ({planned.reason}), {planned.fingerprint['engine']}")
@@ -139,13 +140,13 @@ def run(
     further: Mapping[str, Any] | None = None,
     scheduler: str | None = None,
 ) -> str:
-    """Compute a planned experiment and write its result file; how much is uncertain, in words.
+    """Compute a planned experiment, write its result file, and return the count of uncertainties.
 
-    No result depends on the number of jobs, which are threads or processes. `report` takes lines of
-    progress, `further` has root attributes besides, and the Dask cluster at the address `scheduler`
-    computes the experiment's pieces. What an earlier run of the same fingerprint finished is not
-    computed again. StoreError, WorkerError or ArithmeticError where it cannot be computed or
-    written: finished parts are kept.
+    Results do not depend on `jobs`, the number of threads or processes. `report` receives lines of
+    progress, `further` has additional root attributes, and the Dask cluster at the address
+    `scheduler` computes the experiment's pieces. Parts that an earlier run of the same fingerprint
+    finished are not computed again. StoreError, WorkerError or ArithmeticError if the result cannot
+    be computed or written: finished parts stay stored.
     """
     from rigidpend.experiments.contract import Means, Piece
     from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
@@ -155,11 +156,11 @@ def run(
     store.prepare(planned.target)
     parts = Parts(planned.target, json.dumps(planned.fingerprint))
     with ThreadPoolExecutor(1) as aside, listening(report) as tell:
-        # Git is asked while the experiment is computed.
+        # Git is asked in a thread while the experiment is computed.
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
-            tell(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+            tell(f"continues from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         check_stop()
         asked = content.numerics_asked
         arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM
@@ -171,7 +172,7 @@ def run(
 
             cluster_of = scheduler, config.experiment, config.engine, parts
             pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
-        # Each thread of a cluster's workers has a piece of its own.
+        # On a cluster each thread of a worker has a piece of its own, and a piece has one job.
         away, compute = scheduler is not None, experiments.computation(config.experiment).compute
         if away and not experiments.in_pieces(config.experiment):
             [data] = pieces([Piece("whole", compute, (content, Means(arithmetic)))])
@@ -179,7 +180,7 @@ def run(
             means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces)
             data = compute(content, means)
         layout = experiments.layout(config.experiment)
-        # What comes in blocks is computed now.
+        # Data that come in blocks are computed now.
         with store.image(layout, data) as file:
             attributes: dict[str, Any] = {
                 "name": config.name,
@@ -191,19 +192,19 @@ def run(
                 **({} if resumed else {SECONDS: time.perf_counter() - start}),
                 **(further or {}),
             }
-            # What a signal does to Git may be in the provenance, or to a worker in the data.
+            # A signal may have ended Git or a worker, and so have spoilt the provenance or data.
             check_stop()
             made = told.result() | provenance.of_workers(crew)
             store.finish(file, planned.target, attributes, config.resolved(), made)
-        # Only now: a failure before this line leaves the parts for the next run.
+        # Parts are dropped last: a failure before this line leaves them for the next run.
         parts.drop()
         return str(attributes[DOUBT])
 
 
 def doubt(layout: Layout, data: Tree) -> str:
-    """Count the symbols of a result that are uncertain, in words; empty where none is.
+    """Count of the uncertain symbols of a result, in words; empty if there are none.
 
-    They are those of every array of flags of the name `certain`.
+    They are counted in every array of flags named `certain`.
     """
     import numpy as np
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
+from rigidpend.mechanics.free_body import exponent
 from rigidpend.numbers.exact import Exact, exact, function
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
@@ -86,20 +86,20 @@ def S1_minus(
     from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin where J1 is J1_0/`SETTLED`,
     to lie on it, and end with the first point farther than `half_width`, radians.
     """
-    p = problem.body.angles()
+    p, t = problem.body.angles(), times(problem)
     begin = start(problem, 53, Scales())
     # These starts have exactly theta1 of the separatrix and are not on the surface, as said above.
     orbits = states_at(
         begin.coefficients,
         states_double(begin, theta2_0, 0.0),
-        times(problem),
+        t,
         engine=engine,
         tolerance=tolerance,
     )
     theta1, ratio = projected(orbits, p.alpha0, p.beta0)
     across = (theta1 - p.alpha0 - p.beta0) / half_width
     # J1 grows as exp(u t) beside the lower periodic orbit.
-    first = int(np.argmax(times(problem) > -math.log(SETTLED) / exponent(problem)))
+    first = int(np.argmax(t > -math.log(SETTLED) / exponent(float(problem.J2_0(53)), p, math)))
     kept = [first + points(across[first:, k], ratio[first:, k]) for k in range(theta2_0.size)]
     return _joined(theta1, ratio, kept, np.mod(theta2_0, math.tau))
 
@@ -118,14 +118,10 @@ def times(problem: RouteProblem) -> Array:
     """Equally spaced times t' from 0, in which J1 goes from J1_0 to J2_0 - J1_0 on separatrix 2."""
     J2 = float(problem.J2_0(53))
     # J1 = J2/2 is reached at u t = v of (sol_2), J2_0 - J1_0 after as much again.
-    whole = 2 * math.log(J2 / float(problem.J1_0) - 1) / exponent(problem)
+    rate = exponent(J2, problem.body.angles(), math)
+    whole = 2 * math.log(J2 / float(problem.J1_0) - 1) / rate
     steps = math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
     return np.linspace(0, whole, steps + 1)
-
-
-def exponent(problem: RouteProblem) -> float:
-    """Rate u = J2_0 sin(alpha0) at which orbits approach and leave, per t'."""
-    return free_body.exponent(float(problem.J2_0(53)), problem.body.angles(), math)
 
 
 def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:

@@ -127,8 +127,8 @@ def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, 
     change, before_that = abs(fine - coarse), abs(coarse - coarser)
     # The errors are C q, C q^2 and C q^4 with ever finer steps: the last follows from the first two
     # and q from their ratio. If the changes are rounding, they give no ratio below 1.
-    rate = min(1.0, change / before_that) if before_that else 1.0
-    return fine, change * rate**2
+    q = min(1.0, change / before_that) if before_that else 1.0
+    return fine, change * q**2
 
 
 def _turning(s: UnstableSurface, theta2_0: float, times: Array, arithmetic: Arithmetic) -> Array:

@@ -80,11 +80,11 @@ class SurfaceSplitting(NamedTuple):
         return bool(self.error <= self.allowed)
 
 
-def distance(harmonics: ArrayLike, g: Scalar) -> Any:
+def distance(amplitudes: ArrayLike, g: Scalar) -> Any:
     """The distance d1 cos g + d2 sin 2g + d3 cos 3g + ... at phases g, radians."""
     return sum(
         d * (np.cos(k * g) if k % 2 else np.sin(k * g))
-        for k, d in enumerate(np.asarray(harmonics), 1)
+        for k, d in enumerate(np.asarray(amplitudes), 1)
     )
 
 
@@ -151,10 +151,10 @@ def _twice(
             return SurfaceSplitting(float(first), unknown, math.inf, allowed, s.bits, n)
         found.append(measured)
     mean, error = np.zeros(TOP), max(abs(float(beyond / first)) for _, beyond in found)
-    for k, (a, b) in enumerate(zip(*(known for known, _ in found), strict=True)):
-        mean[k] = float((a + b) / 2 / first - (k == 0))
+    for k, (one, other) in enumerate(zip(*(known for known, _ in found), strict=True)):
+        mean[k] = float((one + other) / 2 / first - (k == 0))
         # `excess` is a difference from 1, which is rounded by this at least.
-        error = max(error, CAUTION * (abs(float((a - b) / first)) + 2.0**-s.bits))
+        error = max(error, CAUTION * (abs(float((one - other) / first)) + 2.0**-s.bits))
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 import rigidpend
 from rigidpend.config import catalogue, reader
 from rigidpend.config.complaints import ConfigError
-from rigidpend.machine.files import LARGEST
+from rigidpend.machine.files import LARGEST, afford
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST, ExactError, exact
 from rigidpend.routes.phases import Phases
@@ -101,7 +101,7 @@ def test_the_highest_precision_is_one_that_numbers_have(tmp_path: Path) -> None:
     assert exact("3*pi/40").at(FINEST + 200) > 0
 
 
-def test_products_are_bounded_by_the_memory_that_they_need(
+def test_products_are_bounded_by_what_a_result_holds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = written(tmp_path, SMALL)
@@ -109,12 +109,14 @@ def test_products_are_bounded_by_the_memory_that_they_need(
     assert loading.load(path, small)
     large = ["problem.arrays.only.count=1000000", "problem.n_symbols=1000"]
     [complaint] = refused(path, large)
-    needed, most = 3 * 11 * 1001e6 / 1e9, 3 * LARGEST / 1e9
     said = (
-        "1000000 columns of 1000 symbols need about "
-        f"{needed:.3g} GB of memory, and {most:.2g} GB is the most"
+        "1000000 columns of 1000 symbols make a result of about 11 GB, and "
+        f"{LARGEST / 1e9:.3g} GB is the most"
     )
     assert complaint.message == said
+    afford("all", LARGEST // 11, 11, "as much as is read")
+    with pytest.raises(ParameterError, match=r"more make a result of about 2\.15 GB, and 2\.15 GB"):
+        afford("all", LARGEST // 11 + 1, 11, "more")
     # From Python too, before the first of them is made exact, which takes a minute for all.
     monkeypatch.setattr(Phases, "exactly", None)
     body = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")

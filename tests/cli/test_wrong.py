@@ -43,7 +43,7 @@ LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
 
 WRONG = """
 run fig | 2 | fig: no such config; did you mean fig
-run fig4 --set problem.J3=1 | 2 | --set problem.J3=1: problem.J3: unknown key: J3 is 0, for M is h
+run fig4 --set problem.J3=1 | 2 | --set problem.J3=1: problem.J3: unknown key: J3 is 0, because
 run fig4 --set problem.A[0]=3 | 2 | an entry of a list is written problem.A.0=3
 run fig4 --set problem.A=2,1,1.5 | 2 | expected a list, got '2,1,1.5'; write [2,1,1.5]
 run fig4 --set nsymbols=3 | 2 | unknown key; did you mean problem.n_symbols?
@@ -75,30 +75,30 @@ rn fig4 | 2 | No such command 'rn'. Did you mean 'run'?
 run fig4 -j 0 | 2 | 0 is not in the range
 run fig4 -q -v | 2 | --quiet and --verbose exclude each other
 run fig4 --out small.yaml | 2 | is a file
-run fig4 --out '' | 2 | got an empty text
-report --to '' | 2 | got an empty text
-certify --check '' | 2 | got an empty text
-find --code 01 --proof '' | 2 | got an empty text
+run fig4 --out '' | 2 | got empty text
+report --to '' | 2 | got empty text
+certify --check '' | 2 | got empty text
+find --code 01 --proof '' | 2 | got empty text
 run small small --name one | 2 | --name is for one config; several keep their names
 run all --name one | 2 | --name is for one config; several keep their names
 describe all --resolved | 2 | --resolved prints one config, not all
 render fig4 --format gif | 2 | 'gif' is not one of 'png', 'svg', 'pdf'
 find fig4 | 2 | Missing option '--code'
-find all --code 0 | 2 | find is about one config, not all
-find fig1 --code 0 | 2 | has not one body, h0 and J1_0, as fig4 and fig5 have
+find all --code 0 | 2 | find takes one config, not all
+find fig1 --code 0 | 2 | find needs one body, one h0 and one J1_0, as in fig4 and fig5
 find --code 0a | 2 | symbols are 0 and 1
 find --code 01 --near x | 2 | near: 'x' is not understood
 find --code 011 --decimals 1 --near 1 | 2 | --decimals lists orbits, and --near chooses one: give o
-find --code 01 --code 11 --decimals 1 | 2 | --decimals lists orbits of one code, on this machine
-find --code 01 --decimals 1 --proof x | 2 | --proof is of one orbit, on this machine
-find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machine
+find --code 01 --code 11 --decimals 1 | 2 | --decimals lists the orbits of one --code,
+find --code 01 --decimals 1 --proof x | 2 | --proof proves one orbit of one --code, on this machine
+find --code 01 --code 11 --proof x | 2 | --proof proves one orbit of one --code, on this machine
 find --code 0 --proof small.yaml/x.orbit.certificate.h5 | 1 | choose another file with --proof
-find --code '0^5 1^10' --proof x | 1 | x: a proof is named X.orbit.certificate.h5
+find --code '0^5 1^10' --proof x | 1 | x: the name of a proof ends in .orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases
 run small.yaml sub/small.yaml | 2 | sub/small.yaml would both be stored as small.h5
-run small.yaml sub/Small.yaml | 2 | both be stored as Small.h5, for some systems do not tell c
-run route_map --scheduler head | 2 | 'head' is no address of a scheduler, as tcp://host:8786 is
+run small.yaml sub/Small.yaml | 2 | both be stored as Small.h5, because some systems ignore c
+run route_map --scheduler head | 2 | 'head' is not the address of a scheduler, such as tcp://host:8786
 run fig4 --out taken | 1 | taken/fig4.h5: not a readable HDF5 file: not a regular file
 render fig4 --out taken | 1 | taken/fig4.h5: not a readable HDF5 file: not a regular file
 run fig5 --out taken | 1 | taken/fig5.h5: not a readable HDF5 file: not a regular file
@@ -168,7 +168,7 @@ class Ours(ArithmeticError):
 
 CUT = "marshal data too short"
 """What Python says of compiled code that is cut short."""
-MEND = f"{CUT}: remove the folders __pycache__ of rigidpend, cut short by a full disk"
+MEND = f"{CUT}: a full disk cut a file short; remove the folders __pycache__ of rigidpend"
 OF_OURS = (
     *(EOFError("x"), FloatingPointError("x"), ZeroDivisionError("x"), OverflowError("x")),
     *(KeyError("x"), ModuleNotFoundError("x", name="rigidpend.x")),
@@ -306,7 +306,7 @@ def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: 
     (results / "mine.log").unlink()
     # A result is drawn beside itself.
     done = call(tmp_path, "render", "results/mine.h5", "--out", "none")
-    assert "; make it anew by the config" in done.stderr
+    assert "; make it anew from its config" in done.stderr
     proof = Path("results", "fig4.certificate.h5")
     (tmp_path / proof).write_bytes(b"")
     done = call(tmp_path, "certify", "--check", str(proof))

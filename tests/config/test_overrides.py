@@ -73,7 +73,7 @@ problem.mu | expected KEY.KEY=VALUE, as in problem.mu=1e-3
 =1 | expected KEY.KEY=VALUE, as in problem.mu=1e-3
 problem..mu=1 | expected KEY.KEY=VALUE, as in problem.mu=1e-3
 problem.mu=[1 | not YAML
-problem.mu=*a | anchors and aliases are not read
+problem.mu=*a | anchors and aliases are not allowed
 problem.mu= | problem.mu: expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 problem.h0=-1 | problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001
 problem.A=[2, 1] | problem.A.2: required

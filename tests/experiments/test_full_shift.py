@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from flint import arb, ctx
 
 from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
@@ -122,7 +124,7 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
     config = asked("full_shift")
     problem = config.problem.model_copy(update={"approach": "0^15"})
     config = config.model_copy(update={"problem": problem})
-    with pytest.raises(ArithmeticError, match="symbols of the approach are others"):
+    with pytest.raises(ArithmeticError, match="symbols of the approach differ"):
         full_shift.theorems(config, data)
     with pytest.raises(ArithmeticError, match="there is no approach"):
         full_shift.compute(asked("full_shift", *OWN, "problem.approach=a 0^50"), Means())
@@ -158,8 +160,12 @@ def test_outlines_are_those_of_the_sets_in_the_chart(data: Any) -> None:
 
 def test_bounds_are_rounded_outward() -> None:
     result = reference("full_shift")
+    # Phases that lie beside numbers of six digits.
+    phases = result["data"]["line"]["theta2"]
+    phases[:] = 1.550999, 1.573871
     [relations, sets] = draw.tables(result)
     assert len(relations.rows) == 8
+    assert "theta2_0 from 1.55099 to 1.57388, crosses" in relations.note
     proven = result["data"]["relations"]
     told = np.array([[float(x.split()[-1]) for x in row[2:6]] for row in relations.rows]).T
     for k, name in ((0, "edge"), (2, "stretch")):
@@ -179,3 +185,14 @@ def test_bounds_are_rounded_outward() -> None:
     times = proven["longest"].reshape(2, 2)
     assert np.exp(-stated * times).sum(axis=1).prod() > 1
     assert np.exp(-(stated + 1e-5) * times).sum(axis=1).prod() < 1
+
+
+def test_the_entropy_is_what_the_sum_of_exponentials_allows() -> None:
+    """Held against another library: in doubles roundings of the sum would decide."""
+    lot, rising = np.random.default_rng(1), np.arange(6) % 3 > 0
+    for times in lot.uniform(20, 30, (20, 6)):
+        found = draw.entropy({"longest": times, "rising": rising})
+        for s, more in ((found, True), (math.nextafter(found, 1), False)):
+            with ctx.workprec(200):
+                weights = np.array([(-arb(s) * arb(time)).exp() for time in times])
+                assert bool(weights[rising].sum() * weights[~rising].sum() > 1) is more

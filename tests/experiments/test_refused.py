@@ -64,7 +64,7 @@ REFUSED = {
         "problem.mu=0": "mu > 0",
         "problem.h=0.0005": "h > mu",
         "problem.around=-1e-15": "a number from 0",
-        "problem.approach=b 0^15": "of starts of one h0",
+        "problem.approach=b 0^15": "needs h0: it belongs to starts",
         "problem.h=null problem.h0=1.3342 problem.approach=a 0^8 2^9": "symbols are 0 and 1",
         "problem.A=[2, 1.5, 1.5]": "A1 > A3 > A2 is broken",
         "problem.r=[1, 1, 0.1]": "r3 = 0 is broken",

@@ -86,9 +86,10 @@ ALLOWED: list[tuple[str, str, Any, float]] = [
     # Twice what is admitted of each, at mu/h0 = 1e-6 and from 1e-3 on.
     ("splitting", "bodies/excess", (0, 0, 1), 8e-15),
     ("splitting", "bodies/excess", (0, -1, 1), 2e-9),
-    # The largest of twice what is admitted over its distance; what is not resolved has no share.
-    ("splitting", "bodies/slope_amplitude", 0, 1.796e-2),
-    ("splitting", "bodies/slope_curve", 8, 1.7586e-4),
+    # Of five weights, a decade apart: 2, 1, 0, 1 and 2 tenths of what is admitted of each
+    # logarithm, over ln 10. Of a curve it is that of 16 harmonics.
+    ("splitting", "bodies/slope_amplitude", 0, 2.5607e-3),
+    ("splitting", "bodies/slope_curve", 8, 9.5414e-7),
     ("precession", "bodies/slope", (0, 1), 1e-3),
     # Errors of both; the bound of a check is that of two ways already.
     ("exponents", "exponent", (1, 1), 1.1642e-10),

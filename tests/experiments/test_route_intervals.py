@@ -146,17 +146,17 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
     monkeypatch.setattr(compute, "arranged", lambda *_: ([part], shares))
     for found, well in (([*one.symbols, True], True), ([not one.symbols[0]], False), ([], False)):
         symbols.side_effect = [found]
-        with nullcontext() if well else pytest.raises(ArithmeticError, match="others, or fewer"):
+        with nullcontext() if well else pytest.raises(ArithmeticError, match="differ, or fewer"):
             compute.theorems(stored.config, stored.data)
 
 
 @pytest.mark.parametrize(
     ("spoilt", "said"),
     [
-        (lambda data: data["codes"].fill(2), "a symbol is none"),
+        (lambda data: data["codes"].fill(2), "a symbol is not 0 or 1"),
         (lambda data: data["codes"].__setitem__((0, 0), NO_SYMBOL), "follows one that is not"),
         (lambda data: data.update(codes=data["codes"][:1]), "asks for 2 symbols"),
-        (lambda data: data["place"].__setitem__(-1, 32), "none of the line"),
+        (lambda data: data["place"].__setitem__(-1, 32), "not on the line"),
         (lambda data: data["depth"].__setitem__(1, 4), "overlap"),
     ],
 )
@@ -181,5 +181,5 @@ def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) ->
     given = asked("fig4_intervals")
     computed(given, part=part)
     columns["codes"][1, 30] ^= 1
-    with pytest.raises(ArithmeticError, match=r"others than those of theta2_0 = \[3\.0"):
+    with pytest.raises(ArithmeticError, match=r"contradict those of theta2_0 = \[3\.0"):
         computed(given, part=part)

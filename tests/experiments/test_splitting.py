@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
+from rigidpend.experiments.splitting import slope_change
 from rigidpend.experiments.splitting.compute import cost, largest
 from tests.experiments.trees import asked, computed, differences, unlike_stored
 
@@ -48,6 +50,39 @@ def test_order_the_slope_of_the_curve_is_one(data: Any) -> None:
 def test_a_slope_is_of_what_is_small_enough_and_above_rounding() -> None:
     ratio = SMALL_RATIO * np.array([0.01, 0.75, 1.0, 1.25])
     assert slope(ratio, ratio**2 * [9, 1, 1, 9], 1e-7) == pytest.approx(2, rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [[9e-3, 1e-2], [1e-6, 1e-5, 1e-4, 1e-3, 1e-2], [1e-4, 1e-2, 1]])
+def test_errors_of_values_change_a_slope_by_its_bound_and_no_more(ratio: list[float]) -> None:
+    """All signs of the errors are tried: the worst reaches almost all of it."""
+    at = np.array(ratio)
+    values, error = at**2, 0.03 * at**2 * np.linspace(1, 0.2, len(at))
+    bound, known = slope_change(at, values, error), slope(at, values)
+    signs = np.array(list(itertools.product((-1, 1), repeat=len(at))))
+    changes = [abs(slope(at, values + sign * error) - known) for sign in signs]
+    assert 0.95 * bound < max(changes) <= bound
+
+
+def test_a_slope_may_differ_by_what_is_admitted_of_its_values(data: Any) -> None:
+    """Of three weights the first and the last count: they are 1e-4 and 1e-2 of h0."""
+    bodies, (first, last) = data["bodies"], (4e-3 * 1e-8, 1e-9)
+    n = bodies["excess"].shape[-1]
+    for key, values, times in (
+        ("slope_amplitude", np.abs(bodies["excess"][1, :, 0]), 2),
+        ("slope_curve", bodies["curve_excess"][1], 2 * n),
+    ):
+        bound = times * (first / values[0] + last / values[2]) / np.log(100)
+        for share, told in ((0.9, []), (1.1, [f"bodies/{key}[1]"])):
+            other = copy.deepcopy(data)
+            other["bodies"][key][1] += share * bound
+            assert [x.place for x in differences("splitting", data, other)] == told
+
+
+def test_a_slope_without_sound_values_has_no_bound() -> None:
+    """What is not fitted, and may be NaN, does not count."""
+    at, error = np.array([1e-4, 1e-3, 1.0]), np.array([1e-9, 1e-6, np.inf])
+    assert slope_change(at, np.array([1e-8, 1e-6, np.nan]), error) == np.inf
+    assert slope_change(at, np.array([1e-8, 1e-5, np.nan]), error) < 0.2
 
 
 def test_the_largest_distance_is_that_of_all_phases_and_not_of_some() -> None:

@@ -25,7 +25,7 @@ def one(tmp_path: Path) -> Path:
 
 def test_what_is_damaged_or_of_nothing_is_told_and_removed(one: Path) -> None:
     whole = one.read_bytes()
-    contents = {files.sealed(b"content"): "of something else than its name says"}
+    contents = {files.sealed(b"content"): "made for something else than its name says"}
     for place in (0, 10, len(whole) - 70, len(whole) - 1):
         contents[whole[:place] + b"?" + whole[place + 1 :]] = "damaged"
     for content, said in contents.items():
@@ -43,7 +43,7 @@ def test_a_copy_of_another_is_told_and_no_content_passes_for_what_it_is_of(one: 
     for source, of in (*others, (one.with_name("mixed"), mixed[1])):
         copy = one.with_name(cache.name_of(of))
         shutil.copy(source, copy)
-        said = f"{copy}: of something else than its name says"
+        said = f"{copy}: made for something else than its name says"
         with pytest.warns(cache.KeptFileWarning, match=said):
             assert cache.load_file(copy, of) is None
         assert not copy.exists()
@@ -115,7 +115,7 @@ def test_a_folder_that_cannot_be_written_is_told_once(
 ) -> None:
     full = OSError(errno.ENOSPC, "No space left on device")
     monkeypatch.setattr(files, "replace", Mock(side_effect=full))
-    said = rf"^{folder}: nothing can be kept there \(No space left on device\)"
+    said = rf"^{folder}: cannot be written \(No space left on device\)"
     with pytest.warns(cache.KeptFileWarning, match=said):
         cache.save(folder / "maps", b"a", b"content", 999)
     # A second warning would be an error here.

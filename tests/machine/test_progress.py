@@ -195,7 +195,7 @@ def test_a_log_has_no_word_on_what_is_left_where_nothing_tells() -> None:
 def test_a_log_is_told_of_parts_now_and_then_and_of_the_last() -> None:
     log = io.StringIO()
     shown = Clocked(1, stream=log)
-    shown.at(8.0).hear("a", "goes on from 2 finished parts")
+    shown.at(8.0).hear("a", "continues from 2 finished parts")
     # The finished ones come at once.
     for at in (8.1, 8.2, 10.0, 11.9, 12.1, 14.0, 14.2, 15.0):
         shown.at(at).hear("a", PartDone(f"part at {at}", round(10 * at), 150))

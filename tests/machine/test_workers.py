@@ -104,7 +104,7 @@ def test_processes_serve_work_that_holds_the_interpreter_and_are_heard(
     ("parts", "limit", "error", "said"),
     [
         (0, 60.0, ZeroDivisionError, "division"),
-        (2, 60.0, WorkerError, "was killed.*: the same command again continues"),
+        (2, 60.0, WorkerError, "was killed.*, and the same command continues"),
         (4, 0.1, TimeoutError, r"ended at 0\.1 s"),
     ],
 )
@@ -127,7 +127,7 @@ def test_a_process_looks_for_garbage_seldom() -> None:
 
 def test_a_process_of_a_pool_begins_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(current_process()._config, "daemon", True)  # type: ignore[attr-defined]
-    with pytest.raises(WorkerError, match="take jobs=1"):
+    with pytest.raises(WorkerError, match="use jobs=1"):
         workers.apart(spoken, (1,), lambda _: None)
 
 

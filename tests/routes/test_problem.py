@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -16,6 +17,7 @@ from rigidpend.routes.problem import (
     MAX_SYMBOLS,
     ProblemError,
     RouteProblem,
+    narrowness,
     passage_limit,
     passage_rotations,
     phase_rate,
@@ -123,6 +125,12 @@ def test_passages_take_as_many_rotations_as_is_foretold() -> None:
     assert passage_rotations(problem(FREE, h0="1")) == math.inf
     heavy = Body((2, "0.25", "1.8"), (1, 1, 0), "0.99")
     assert passage_rotations(problem(heavy, h0="1", J1_0="1e-2")) == 1.0
+
+
+@pytest.mark.parametrize("nu", [0.5, 4.4, 49.9, 50.1, 700.0, 1e4])
+def test_narrowness_is_the_logarithm_at_any_shape(nu: float) -> None:
+    true = mpmath.log(mpmath.sinh(nu) / nu)
+    assert narrowness(nu) == pytest.approx(float(true), rel=1e-13)
 
 
 def test_whisker_growth_is_the_mean_over_random_phases() -> None:

@@ -110,10 +110,10 @@ def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
 
     def hear(line: str) -> None:
         lines.append(line)
-        if "no workers; it waits" in line:
+        if "no workers yet" in line:
             dask.worker(PYTHONPATH=str(tmp_path))
 
-    with pytest.raises(WorkerError, match="is not on tcp:"):
+    with pytest.raises(WorkerError, match="no rigidpend like the one here on tcp:"):
         run("lacking", hear, dask.address)
     assert sum("no workers" in line for line in lines) == 1
     dask.end(1)
@@ -164,10 +164,10 @@ def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_sched
 
     if len(dask.processes) < 2:
         dask.worker()
-    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
+    with pytest.raises(WorkerError, match=r"went away; finished parts are kept"):
         run("lost", disturb, dask.address)
     found = store.load(run("lost", lines.append, None))
-    assert any(re.match(r"goes on from \d+ finished parts", line) for line in lines)
+    assert any(re.match(r"continues from \d+ finished parts", line) for line in lines)
     assert found["data"]["codes"].shape == (4, 12, 12)
     here = store.load(run("here", tell_nobody, None))
     np.testing.assert_equal(found["data"], here["data"])
@@ -216,9 +216,9 @@ def killed_worker() -> Exception:
 @pytest.mark.parametrize(
     ("error", "said"),
     [
-        (lambda: OSError("Timed out"), "went away; what is finished is kept"),
-        (ConnectionResetError, "went away; what is finished is kept"),
-        (killed_worker, r"the worker tcp://far:1 .* memory there: give it more"),
+        (lambda: OSError("Timed out"), "went away; finished parts are kept"),
+        (ConnectionResetError, "went away; finished parts are kept"),
+        (killed_worker, r"worker tcp://far:1 died .* lack of memory: give it more"),
     ],
 )
 def test_errors_of_the_cluster_are_sentences(error: Callable[[], Exception], said: str) -> None:
@@ -270,7 +270,7 @@ def test_what_a_worker_lacks_or_has_otherwise_is_said_of_it(
     "address", ["", "head", "head:", ":8786", "head:x", "tcp://head", "http://head:8786", "a:1/b"]
 )
 def test_what_is_no_address_is_refused(address: str) -> None:
-    said = f"{address!r} is no address of a scheduler, as tcp://host:8786 is"
+    said = f"{address!r} is not the address of a scheduler, such as tcp://host:8786"
     assert cluster.complaint(address) == said
     assert not cluster.complaint("head:8786") + cluster.complaint("tls://[::1]:8786")
 

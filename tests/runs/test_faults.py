@@ -120,7 +120,7 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
     said = f"rigidpend: zoom: {out / 'zoom.h5'}: cannot be written: No space left on device\n"
     assert done.stderr.endswith(said)
     assert content(out) == [".zoom.parts"]
-    assert "goes on from 4 finished parts" in once_more(out)
+    assert "continues from 4 finished parts" in once_more(out)
     same(out, undisturbed)
 
 

@@ -153,5 +153,7 @@ def test_steps_of_some_sets_are_those_of_all() -> None:
 
 
 def test_a_proof_has_a_name_by_which_it_is_known(tmp_path: Path) -> None:
-    with pytest.raises(store.StoreError, match=r"a proof is named X\.orbit\.certificate\.h5"):
+    with pytest.raises(
+        store.StoreError, match=r"the name of a proof ends in \.orbit\.certificate\.h5"
+    ):
         orbit_proofs.prepare(tmp_path / "x.h5")

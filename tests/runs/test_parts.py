@@ -84,8 +84,8 @@ def copied(name: str, run: str) -> Callable[[Path], None]:
     [
         (lambda path: os.truncate(path, 100), "damaged; it is made again"),
         (lambda path: cache.save_file(path, b"a, part first", b"nothing"), "no part of a run"),
-        (copied("second", "a"), "of something else than its name says"),
-        (copied("first", "b"), "of something else than its name says"),
+        (copied("second", "a"), "made for something else than its name says"),
+        (copied("first", "b"), "made for something else than its name says"),
     ],
 )
 def test_a_part_that_is_none_of_its_run_is_told_and_computed_again(

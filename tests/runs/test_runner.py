@@ -127,7 +127,7 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
 def test_a_result_whose_name_differs_in_case_only_is_not_made(desk: Path) -> None:
     config = loading.load(CONFIG)
     (desk / "Small.h5").write_bytes(b"another")
-    with pytest.raises(store.StoreError, match=r"Small\.h5 is there, and some systems take both"):
+    with pytest.raises(store.StoreError, match=r"Small\.h5 exists, and some systems ignore"):
         runner.plan(config, desk)
     # Where both are there, the system tells them apart.
     (desk / "small.h5").write_bytes(b"this one")
@@ -258,7 +258,7 @@ def test_a_resumed_file_is_the_fresh_one_but_for_its_times(
         parts[-1].unlink()
     said: list[str] = []
     runner.run(planned, jobs=1, report=said.append)
-    assert said[0].startswith("goes on from")
+    assert said[0].startswith("continues from")
     (one, told), (other, told_again) = map(seen, (fresh, planned.target))
     assert told_again == told
     np.testing.assert_equal(other, one)

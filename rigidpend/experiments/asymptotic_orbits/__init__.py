@@ -1,4 +1,4 @@
-"""Doubly asymptotic (heteroclinic) orbits with short codes, and what theta3 gains along them."""
+"""Doubly asymptotic orbits with short codes, and the gain of theta3 along them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from rigidpend.experiments.data import FLOAT, WHOLE, Field, Layout, double, flag
 from rigidpend.experiments.shared import MEANING, kept, known
 
 DIGIT = 1e-29
-"""A unit of the 30th digit of a phase, and the largest error that may be stated of one."""
+"""A unit of the 30th digit of a phase, and the largest error that a result may state of one."""
 SAMPLED = 1e-6
-"""Allowed difference of drawn samples, where doubles have grown by the passages before."""
+"""Allowed difference of drawn samples: passages before them amplify the rounding of doubles."""
 
 _double, _whole = (partial(Field, kind, ("orbits",)) for kind in (FLOAT, WHOLE))
 _symbols = partial(Field, WHOLE, ("symbols", "orbits"), "1")
@@ -24,12 +24,12 @@ ORBITS = {
     "half_turns": _symbols("half rotations of each passage"),
     "first": _whole("1", "parity of the first crossing's cell: 0 is a, 1 is b"),
     "theta2_0": _double("rad", "theta2 where J1 = J1_0 on the unstable surface, ascending"),
-    # A phase of 30 digits decides its double: what may differ is in the rest, by the errors of two.
+    # A phase of 30 digits fixes its double; only the rest may differ, by the errors of two results.
     "theta2_0_rest": _double(
         "rad", "what theta2_0 leaves: their sum has 30 digits", within=2 * DIGIT
     ),
-    # Times and angles err by some 1e-13 a crossing. Where surfaces are split little, the map's are
-    # displaced: the time is integrated, and theta3 depends on the phase in second order only.
+    # Times and angles err by some 1e-13 a crossing. Where surfaces are split little, the map's
+    # orbit is displaced; but the time is integrated, and theta3 changes only in second order.
     "flight": _double("t'", "time from the first crossing to the last", within=1e-10),
     "theta3": _double("rad", "growth of theta3 from one end to the other", within=1e-12),
     "residual": _double(
@@ -37,7 +37,7 @@ ORBITS = {
         "largest gap of the map where passages meet: rad, widths of tables",
         within=stated(1e-11),
     ),
-    # Where surfaces are split little, the map in doubles errs by more.
+    # Where surfaces are split little, the map in doubles errs by more than 1e-12.
     "moved": _double(
         "rad",
         "theta2_0 by integration less that by the map in doubles",

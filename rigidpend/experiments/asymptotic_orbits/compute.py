@@ -25,9 +25,9 @@ from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 
 SECONDS, EACH = 15.0, 2.6
-"""Seconds that orbits with up to six symbols took, and the factor for each symbol more."""
+"""Seconds for orbits with up to six symbols, as measured, and the factor per further symbol."""
 SAMPLES = 64
-"""Samples of a drawn orbit in a rotation."""
+"""Samples of a drawn orbit per rotation of the pendulum."""
 FADED = 1e-3
 """Distance from its last periodic orbit at which a drawn orbit ends."""
 
@@ -68,7 +68,7 @@ def _ordered(launch: Launch, orbits: DoublyAsymptotic) -> DoublyAsymptotic:
 
 
 def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> Tree:
-    """The orbits with as many symbols, their phases to 30 digits."""
+    """The orbits of one length, with their phases to 30 digits."""
     fine = sharp(launch, orbits, jobs)
     high = np.array([float(x) for x in fine.theta2_0])
     return {
@@ -110,7 +110,7 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
 
 
 def _plane(problem: Problem, means: Means) -> Tree:
-    """Route codes of Fig. 4's orbits, whose changes the orbits are."""
+    """Route codes of Fig. 4's orbits, whose symbols change at the doubly asymptotic orbits."""
     phases = 2 * np.pi * (np.arange(problem.columns) + 0.5) / problem.columns
     found = codes_of(problem.routes, list(phases), means.arithmetic, means.jobs)
     return {name: getattr(found, name) for name in PLANE}

@@ -1,4 +1,4 @@
-"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space."""
+"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, by height, and as hodographs."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ HEIGHT = 5.4
 ENDS = {"heteroclinic": plots.BLUE, "homoclinic": plots.RED}
 CURVES = (plots.BLUE, plots.RED, plots.GREEN, plots.PINK)
 STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (1, 4)))
-"""Line styles of the sampled orbits, where they lie upon each other."""
+"""Line styles of the sampled orbits, which show each orbit where several coincide."""
 SHADES = ListedColormap(["0.35", "white", "0.85"])
-"""Colours of symbols 0 and 1 and of no return, light enough for the skeleton upon them."""
+"""Colours of symbols 0 and 1 and of no return, light enough for the skeleton drawn over them."""
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the skeleton over the route codes, and below it the orbits that were sampled."""
+    """Draw the skeleton over the route codes, and below them the sampled orbits."""
     data = result["data"]
     drawn = sorted(data["drawn"].items())
     size = plots.WIDTH, HEIGHT if drawn else HEIGHT / 2
@@ -73,7 +73,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
 def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
     for (name, curve), colour, style in zip(drawn, CURVES, STYLES, strict=False):
         theta1, height = curve["theta1"] / np.pi, curve["J1_over_J2"]
-        # theta1 is modulo 4 pi: no line where it begins anew.
+        # theta1 is modulo 4 pi; NaN breaks the line where it jumps from one end to the other.
         broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
         theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
         axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_counted(name))
@@ -86,16 +86,16 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
 CAPTION = (
     "Where a symbol of the route codes changes lies an orbit that never leaves again: a"
     " homoclinic one, which returns to the periodic orbit that it came from, or a heteroclinic"
-    " one, which goes to the other. Row i + 1 of the plane has the orbits with i symbols, as far"
-    " as no passage takes too many rotations. The hodographs of the sampled orbits begin and end"
-    " at the origin, where omega is horizontal along eta."
+    " one, which goes to the other. Row i + 1 of the plane has the orbits with i symbols,"
+    " without those of which a passage takes too many rotations. The hodographs of the sampled"
+    " orbits begin and end at the origin, where omega is horizontal along eta."
 )
 ROWS = 24
-"""Orbits that have a row of their own: the first in the order of symbols and phases."""
+"""Number of orbits with a row of the table: the first in the order of symbols and phases."""
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Table of the counts, and that of the first orbits."""
+    """Table of the counts, and a table of the first orbits."""
     lengths = sorted(result["data"]["orbits"].items(), key=lambda pair: int(pair[0]))
     groups = [orbits for _, orbits in lengths]
     each = [(orbits, k) for orbits in groups for k in range(len(orbits["theta2_0"]))]

@@ -12,20 +12,20 @@ from rigidpend.routes.problem import RouteProblem
 
 
 class Problem(HeavyBody):
-    """A heavy body, and which of its doubly asymptotic orbits are sought."""
+    """A heavy body, and limits on the doubly asymptotic orbits that are sought."""
 
     h: Number
     """Energy of all orbits (eq. h0_new), dimensionless."""
     J1_0: Number
-    """Action at which theta2_0 of an orbit is told, dimensionless, small beside J2."""
+    """Action at which theta2_0 of an orbit is stated, dimensionless, small beside J2."""
     symbols: Annotated[Whole, Field(ge=0, le=8)]
     """Symbols of the longest codes: passages between the first crossing and the last."""
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
-    """Half rotations of a passage, at most."""
+    """Largest number of half rotations in a passage."""
     drawn: Annotated[Whole, Field(ge=0, le=4)]
     """Number of orbits that are sampled: one with no symbol, one with one, and so on."""
     columns: Annotated[Whole, Field(ge=10, le=10_000)]
-    """Phases of the route codes beside which the orbits are put."""
+    """Phases of the route codes over which the orbits are drawn."""
 
     @property
     def routes(self) -> RouteProblem:

@@ -13,7 +13,7 @@ from rigidpend.experiments.data import Bound, Data, Field, Layout, double, held,
 DRIFT = 1e-12
 """Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
 SHARED = 0.9
-"""Share of the points of two results that are to be at the same times."""
+"""Least share of the points of two results that must be at the same times."""
 
 ANGLES = {
     "alpha0": double("rad", "alpha0 of each body, in the order of the bodies", "bodies"),
@@ -28,15 +28,15 @@ WINDOW = {
     "window": double("rad", "centre -+ half_width Delta_1", 2),
     "time_step": double("t' = t s", "step between samples"),
 }
-"""The window of a body's two panels."""
+"""Fields of the window that a body's two panels show."""
 
 
 def _shared(stored: Data, fresh: Data) -> Any:
     """Places of stored points among the fresh ones, by orbit and time; -1 for none.
 
-    Which samples are kept may hang on the last digit.
+    Rounding may decide which of the samples of a curve are stored.
     """
-    # Curve and time in one integer, for intersect1d knows no pairs; times are below 2^31.
+    # intersect1d takes no pairs: curve and time become one integer, with times below 2^31.
     first, second = (
         np.repeat(np.arange(len(x["offsets"]) - 1), np.diff(x["offsets"])) * 2**32 + x["sample"]
         for x in (stored, fresh)
@@ -48,12 +48,12 @@ def _shared(stored: Data, fresh: Data) -> Any:
 
 
 def _ends(name: str, stored: Data, fresh: Data) -> list[Difference]:
-    """Offsets begin and end with the points."""
+    """Bound of the offsets: they must begin at 0 and end at the number of points."""
     return compare.arrays(name, [0, len(fresh["theta1"])], fresh[name][[0, -1]])
 
 
 def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
-    """Two results with few times in common would agree by having nothing to be compared."""
+    """Bound of the times: most must be common, or two results would agree on few points."""
     if _ends("offsets", stored, fresh):
         return []
     points, shared = len(stored[name]), int((_shared(stored, fresh) >= 0).sum())
@@ -64,7 +64,7 @@ def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
-    """An error of theta1 grows as J2^2/(J1 (J2 - J1)), by eq. (dtheta)."""
+    """Bound of the points; an error of theta1 grows as J2^2/(J1 (J2 - J1)), by eq. (dtheta)."""
     if _ends("offsets", stored, fresh):
         return []
     J1, at = stored["J1_over_J2"], _shared(stored, fresh)
@@ -91,7 +91,7 @@ def _curves(name: str) -> dict[str, Field]:
 
 
 CURVES = {name: _curves(name) for name in ("S1_minus", "S2_plus")}
-"""Fields of each surface, whose dimensions are its own: the two differ in their points."""
+"""Fields of each surface; its dimensions have their own names, as numbers of points differ."""
 
 BODY: Layout = {**held(relative(ROUNDING), WINDOW), **CURVES}
 LAYOUT: Layout = {"table": held(relative(ROUNDING), ANGLES), "bodies": {"<bodies>": BODY}}

@@ -63,6 +63,6 @@ def _window(checked: RouteProblem, half_width: float) -> dict[str, Any]:
     p, h0 = checked.body.angles(), float(checked.h0)
     centre, delta, sides = p.alpha0 + p.beta0, Delta_1(p, h0, 1, math), np.array([-1, 1])
     step = surfaces.times(checked)[1]
-    # Surfaces are born with the swing Delta_1 of their periodic orbit (dt).
+    # Near its periodic orbit a surface has the width of that orbit's swing Delta_1 (dt).
     born, window = centre + delta * sides, centre + half_width * delta * sides
     return dict(zip(WINDOW, (centre, delta, born, window, step), strict=True))

@@ -24,7 +24,7 @@ COLOURS = {"S2_plus": plots.BLUE, "S1_minus": plots.RED}
 NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
 """The surfaces from top to bottom, as the paper writes them."""
 BORN: Any = (0, (4, 3))
-"""Line style of the swing with which the surfaces are born."""
+"""Line style for the swing Delta_1 of the periodic orbits from which surfaces begin."""
 THIN = 0.28
 """Line width of an orbit, points."""
 
@@ -34,7 +34,7 @@ def draw(result: Loaded) -> Figure:
     bodies, nu = result["data"]["bodies"], result["data"]["table"]["nu"]
     n, blocks = min(len(bodies), ACROSS), -(-len(bodies) // ACROSS)
     column = min(COLUMN, (plots.WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)
-    # A single column would leave no room for the legend.
+    # A single column would be too narrow for the legend.
     wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, plots.WIDTH / 2)
     pitch = BELOW + ABOVE + 2 * ROW + APART
     figure = Figure(figsize=(wide, blocks * pitch))
@@ -50,7 +50,7 @@ def draw(result: Loaded) -> Figure:
                 axes.set_ylabel(plots.axis_label(CURVES[surface]["J1_over_J2"]), labelpad=2)
                 look: Any = {"color": COLOURS[surface], "fontsize": 11, "ha": "center"}
                 axes.text(-0.44, 0.75, NAMES[surface], transform=axes.transAxes, **look)
-        # The last two panels are this column's: the upper bears its title, the lower its axis.
+        # The last two panels are this column: title above the upper, axis below the lower.
         figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)
         # Origin and unit of the ticks.
         origin, unit = f"{body['centre']:.4f}$ rad", f"{body['Delta_1']:.5f}$ rad"
@@ -63,7 +63,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _title(name: str, nu: float) -> str:
-    # An underscore would lower what is behind it.
+    # matplotlib's mathematics would read an underscore as a subscript.
     return rf"$\it{{{name}}}$".replace("_", r"\_") + "\n" + rf"$\nu = {nu:.2f}$"
 
 
@@ -76,7 +76,7 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     for edge in body["born"]:
         axes.axvline(edge, color="0.35", ls=BORN, lw=0.5, zorder=3)
     axes.set_xlim(*map(float, body["window"]))
-    # A margin, or curves near the periodic orbits would lie under the frame.
+    # Without a margin the frame would cover curves near the periodic orbits.
     axes.set_ylim(-0.02, 1.02)
     axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
     axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])

@@ -20,7 +20,7 @@ from rigidpend.config.schema import (
 )
 
 MAX_ORBITS = 10_000
-"""Orbits on a surface at most; all their samples are held in memory."""
+"""Largest number of orbits on a surface; memory holds all their samples."""
 
 
 WIDE = holding(lambda x: 1 < x <= 100, "half_width must be more than 1 and at most 100")
@@ -29,7 +29,7 @@ WIDE = holding(lambda x: 1 < x <= 100, "half_width must be more than 1 and at mo
 def _few(grid: PhaseGrid) -> PhaseGrid:
     if grid.count > MAX_ORBITS:
         raise ValueError(f"at most {MAX_ORBITS} orbits on each surface, got {grid.count}")
-    # Its orbits are in double precision only.
+    # These orbits are computed in doubles only, which must tell the phases apart.
     grid.apart(53)
     return grid
 

@@ -1,15 +1,15 @@
 """Benchmark: speed, error and trust of rigidpend beside other methods, each at its best.
 
-methods    methods as data: what is tried for each, and which setting is chosen
-problems   orbits of Fig. 4 and of bodies drawn by lot; their truth, and what an answer errs by
+methods    methods as data: the settings tried for each, and the choice among them
+problems   orbits of Fig. 4 and of randomly drawn bodies; their truth, and errors of answers
 solvers    a method made ready for a task; the equations as methods integrate them
 peers, cyrk_compiled
            the adapters: ``answered(task, tolerance, threads, **setting)``
-measure    what a worker measures: search, meeting, symbols counted and orbits timed
+measure    the measurements of a worker: search, meeting, counts of symbols, times of orbits
 compute, report, draw
-           the experiment: what is measured in which order, stored, told and drawn
+           the experiment: the order of measurements, their storage, tables and figure
 
-Measured before, and left out since. Peers: diffrax (JAX), 150 times our time at Fig. 4; SciPy's
+Measured earlier and left out. Peers: diffrax (JAX), 150 times our time at Fig. 4; SciPy's
 LSODA and Radau, SUNDIALS' CVODE through scikit-sundae and REBOUND's Bulirsch-Stoer, 190 to 17,000
 times; CyRK's LSODA, never its best; heyoka's ensemble, its compact mode, its integrator of one
 orbit and the equations (eq1), slower than its batches on Euler-Poisson. Problems, and the fastest
@@ -21,7 +21,7 @@ Lie-Poisson splittings of order 2 to 8, 289 and 831 times ours, at larger errors
 Looked at and left out: numbalsoda, extensisq, pyodesys, pycvodes, sundials4py, scikits.odes and
 Assimulo have no wheel for Linux and Python 3.11; JiTCODE compiles with the system's C compiler and
 has no events; torchdiffeq and torchode bring PyTorch; numbakit-ode offers DOP853, as CyRK does;
-desolver steps in plain Python; nodepy does not mean to be fast; CasADi calls CVODE.
+desolver steps in plain Python; nodepy is not meant to be fast; CasADi calls CVODE.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _text(description: str) -> Field:
 
 
 def _floats(meaning: dict[str, str], *dimensions: str, gaps: bool = True) -> dict[str, Field]:
-    """Fields of numbers, each with its unit, a comma and its meaning; no machine repeats them."""
+    """Fields of measured numbers, from texts "unit, meaning"; they are not compared."""
     told = ((name, *said.partition(", ")) for name, said in meaning.items())
     return {name: Field(FLOAT, dimensions, unit, text, gaps, ANY) for name, unit, _, text in told}
 
@@ -48,14 +48,14 @@ ANSWERED = {
     "error?": "1, of the crossing times, t': the median over the columns of the largest one",
     "wrong_symbols?": "1, number of wrong symbols",
 }
-"""Units and meaning of what is found of an answer at Fig. 4."""
+"""Units and meanings of the numbers on an answer at Fig. 4."""
 SEARCH = {
     "tolerance?": "1, local tolerance; NaN where there is none to choose",
     "setting?": "1, index of the variant, in the order of `variants`",
     "seconds?": "s, warm, the median",
 }
 SEARCHED: Layout = {"ended": ENDED, **_floats({**SEARCH, **ANSWERED}, "measurements")}
-"""Record of a method's search; what it did not measure is absent."""
+"""Record of a method's search; numbers that it did not measure are absent."""
 MET: Layout = {
     **_floats(ANSWERED),
     **_floats({"rounds": "s, each round of the meeting; NaN: not timed"}, "rounds"),
@@ -81,7 +81,7 @@ OF_BODIES = _floats(
     "bodies",
     gaps=False,
 )
-"""Record of a method with bodies drawn by lot."""
+"""Record of a method with randomly drawn bodies."""
 BODY = _floats(
     {
         **{f"A{i}": f", principal moment A{i}" for i in (1, 2, 3)},

@@ -1,7 +1,7 @@
 """Experiment `bench`: time, error and trust of our methods and of others.
 
-What is measured is measured by workers, each a process of its own: fresh memory, cold caches,
-libraries of one thread. It does a work of `measure`, and tells each line as soon as it is there.
+Workers measure, each in a process of its own: with fresh memory, cold caches, and libraries
+limited to one thread. A worker runs a generator of `measure` and sends each line at once.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import EngineError
 
 PATIENCE, GRACE = 4, 240
-"""A worker is ended after so many budgets, and so many seconds more."""
+"""Multiple of a worker's budgets, and further seconds, after which it is ended."""
 COMPLETE = "complete"
 THREADS = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"
-"""Variables of the environment; 1 leaves threads to whoever shares the orbits among them."""
+"""Environment variables that are set to 1, so that only our own threads share the orbits."""
 
 
 def compute(config: Config, means: Means) -> Tree:
     """Search for the best setting of each method, let them meet, and count wrong symbols.
 
-    Each worker's measurements are a part, which an interrupted run keeps. EngineError is raised
-    where heyoka, which tells who is right with bodies drawn by lot, is not installed.
+    Each worker's measurements are a part, which an interrupted run keeps. EngineError if heyoka is
+    not installed, which decides who is right with randomly drawn bodies.
     """
     if not principal_axes.installed():
         raise EngineError("the truth needs the package heyoka, which is not installed")
@@ -66,14 +66,14 @@ def _truth(config: Config) -> Tree:
 
 
 def _alone(config: Config, key: str, truth: Data) -> Tree:
-    """The search of a method, and its symbols counted at random phases, by J1_0."""
+    """The search of a method, and the counts of its symbols at random phases, by J1_0."""
     if missing := _missing(key):
         return {"searched": {"ended": f"absent: {missing} is not installed"}, "counted": {}}
     asked = len(METHODS[key].variants) * len(methods.tolerances(key, config.search))
     budgets = asked * float(config.search.slowest) + 2 * float(config.phases.seconds)
     lines, ended = by_worker(measure.alone, (config, key, truth), budgets)
     rows = [line for line in lines if "J1_0" not in line]
-    # Of both starts or of none.
+    # Counts are stored for both starts or for none, so that rows are comparable.
     done = () if ended else (line for line in lines if "J1_0" in line)
     counted = {f"J1_0_{line['J1_0']}": _numbers(line) for line in done}
     searched = {**_columns(rows), "ended": _cut(ended, len(rows), asked)}
@@ -89,13 +89,13 @@ def _meeting(config: Config, guests: dict[str, Entrant], truth: Data) -> Tree:
 
 
 def _bodies(config: Config, records: Data) -> Tree:
-    """The bodies drawn by lot, and the records of all methods with them."""
+    """The randomly drawn bodies, and the records of all methods with them."""
     asked, n = config.bodies, config.bodies.kept + config.bodies.drawn
     entries = {}
     for key in (x for x in asked.methods if not _missing(x)):
         entry = methods.best(key, records.get(key, {}), config.search)
         entries[key] = entry._replace(setting=entry.setting | METHODS[key].drawn)
-    # Of ours, of peers and of the truth.
+    # Budgets of our method, of peers and of the truth.
     budgets = n * (asked.longest + float(asked.seconds) * (len(entries) - 1 + measure.TRUTH))
     lines, ended = by_worker(measure.bodies, (config, entries), budgets) if n else ([], "")
     if not lines:
@@ -106,24 +106,24 @@ def _bodies(config: Config, records: Data) -> Tree:
 
 
 def _missing(key: str) -> str:
-    """Name the first of a method's libraries that is not installed; empty where all are."""
+    """Name of the first of a method's libraries that is not installed; empty if all are."""
     missing = (x for x in METHODS[key].libraries if importlib.util.find_spec(x) is None)
     return next(missing, "")
 
 
 def _columns(rows: Sequence[Line]) -> dict[str, Array]:
-    """The numbers of rows by their names."""
+    """The numbers of rows as arrays, by name."""
     every = [_numbers(row) for row in rows]
     return {name: np.array([row[name] for row in every]) for name in (every[0] if every else ())}
 
 
 def _numbers(row: Line) -> dict[str, Array]:
-    """The numbers of a row, and its lists of them."""
+    """The numbers and lists of numbers of a row as arrays, by name."""
     return {name: np.array(x, float) for name, x in row.items() if not isinstance(x, str)}
 
 
 def _cut(wrong: str, done: int, planned: int) -> str:
-    """End of a measurement: complete, at its budget, or by what went wrong."""
+    """Text on the end of a measurement: complete, at its budget, or what went wrong."""
     cut = wrong or ("cut where it took too long" if done < planned else "")
     return f"{cut}: {done} of {planned}" if cut else COMPLETE
 
@@ -131,15 +131,15 @@ def _cut(wrong: str, done: int, planned: int) -> str:
 def by_worker(
     work: Callable[..., Iterator[Line]], given: tuple[Any, ...], budgets: float
 ) -> tuple[list[Line], str]:
-    """The lines that a worker tells of its work, and how it ended: empty, or what went wrong.
+    """The lines of a worker, and a text on its end: empty, or what went wrong.
 
-    It is ended at :data:`PATIENCE` times the seconds of all its budgets; what it has measured
-    until then is kept.
+    The worker is ended at :data:`PATIENCE` times the seconds of all its budgets; lines received
+    until then are kept.
     """
     lines: list[Line] = []
     before = dict(os.environ)
     with tempfile.TemporaryDirectory() as cache:
-        # The cache is empty: what is compiled is compiled there, what is built is built.
+        # The cache is empty, so that compilation and return maps are part of the first call.
         os.environ.update(dict.fromkeys(THREADS, "1"), XDG_CACHE_HOME=cache)
         try:
             return lines, apart(_tell, (work, given), lines.append, PATIENCE * budgets + GRACE)
@@ -153,7 +153,7 @@ def by_worker(
 
 
 def _tell(work: Callable[..., Iterator[Line]], given: tuple[Any, ...], say: Any) -> str:
-    """Do work in a worker and say its lines; how it failed, if the method did."""
+    """Run a generator in a worker and send its lines; return the method's failure, if any."""
     try:
         for line in work(*given):
             say(line)

@@ -1,6 +1,6 @@
 """CyRK: its compiled integrators, called in a compiled loop over the orbits, without Python.
 
-Its events need Python, so crossings are looked up in its dense output, as numba's users do.
+CyRK's events call Python, so crossings are searched in its dense output, as users of numba do.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Array
 
 PIECES = 8
-"""Pieces of the time; crossings are looked up in each, until there are enough."""
+"""Number of pieces of the time; each is searched for crossings until there are enough."""
 FALSE_POSITIONS = 40
-"""At most so many steps from the ends of a step to a crossing in it; about eight are enough."""
+"""Most steps of false position to a crossing within a step; about eight are enough."""
 
 
 def follows(task: Task, tolerance: float, method: str) -> Callable[[], Array]:
@@ -39,7 +39,7 @@ def _address(body: Body) -> int:
 
 @njit(nogil=True)  # type: ignore[misc, unused-ignore]
 def _zero(found, a, b, fa, fb):  # type: ignore[no-untyped-def]
-    """The zero of M3 between two times, by false positions after Illinois."""
+    """The zero of M3 between two times, by false position in the Illinois variant."""
     for _ in range(FALSE_POSITIONS):
         c = b - fb * (b - a) / (fb - fa)
         fc = found.call(c)[2, 0]

@@ -1,4 +1,4 @@
-"""Figure of the benchmark: who is faster, with which bodies, how exact and how true."""
+"""Figure of the benchmark: times by body, time against error, and wrong symbols."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH, entry, title
 
 CAPTION = (
-    "Who is faster, with bodies drawn by lot and with one at each error, and how many of the"
-    " symbols that a method vouches for are wrong. Every method is used as its own documentation"
-    " does, on one machine."
+    "Times of methods with random bodies, time against error with one body, and the share"
+    " of wrong symbols among those that a method calls right. Every method is used as in its own"
+    " documentation, on one machine."
 )
 tables = report.tables
 DIAGRAM, LEGEND = 2.15, 0.45
-"""Inches: a diagram, and what lines mean."""
+"""Heights of a row of diagrams and of the legend, inches."""
 LARGEST = 3.0
-"""Errors beyond, which are of the size of the answer, are not drawn."""
+"""Largest error that is drawn; larger errors are of the size of the answer."""
 APPEARANCES: dict[str, dict[str, str]] = {
     "scipy": {"label": "SciPy DOP853", "color": RED, "marker": "v"},
     "cyrk": {"label": "CyRK (numba)", "color": GREEN, "marker": "o"},
     "heyoka": {"label": "heyoka, batches", "color": ORANGE, "marker": "s"},
     "ours": {"label": "rigidpend", "color": BLUE, "marker": "*"},
 }
-"""Appearance of the families, in the order in which they are drawn: ours lies above."""
+"""Appearance of the families, in the order of drawing: ours comes last and lies on top."""
 CERTAIN = {"color": "black", "ls": "-", "lw": 1.6}
-"""Ours, every symbol certain: a line of its own, for no peer has it."""
+"""Look of our method with every symbol certain, which no peer offers."""
 
 
 def style(name: str) -> dict[str, Any]:
-    """The words of a plot for a method: the colour tells whose, dashes that two runs compare."""
+    """Plot arguments of a method: colour by family, dashes where two runs are compared."""
     method = METHODS[name]
     look = APPEARANCES[method.family]
     said: dict[str, Any] = {**look, "ls": "--" if method.certain else "-", "lw": 1.1, "mew": 0.8}
@@ -47,7 +47,7 @@ def style(name: str) -> dict[str, Any]:
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw a result, two diagrams a row."""
+    """Draw a result, two diagrams in a row."""
     data = result["data"]
     of_bodies = (_draw_again, _draw_first) if data.get("bodies") else ()
     diagrams = [*of_bodies, _draw_work, _draw_wrong]
@@ -60,7 +60,7 @@ def draw(result: Loaded) -> Figure:
         title(axes, letter, axes.get_title())
         axes.set_title("")
         axes.grid(alpha=0.25, lw=0.4)
-        # Within less than a decade they would be written upon each other.
+        # On an axis shorter than a decade the labels of minor ticks would overlap.
         axes.xaxis.set_minor_formatter(NullFormatter())
     _draw_legend(figure, every)
     return figure
@@ -68,18 +68,18 @@ def draw(result: Loaded) -> Figure:
 
 def _draw_again(axes: Axes, data: Data) -> None:
     _draw_shares(axes, {name: 1e6 * one["again"] for name, one in report.of_bodies(data).items()})
-    axes.set(title="bodies drawn by lot: the same call again", xlabel="time of an orbit (us)")
+    axes.set(title="random bodies: the same call again", xlabel="time of an orbit (us)")
 
 
 def _draw_first(axes: Axes, data: Data) -> None:
     _draw_shares(axes, {name: one["first"] for name, one in report.of_bodies(data).items()})
     (_, own), *_ = report.records(data["bodies"])
     label = f"time of {max(own['orbits']):,.0f} orbits (s)"
-    axes.set(title="bodies drawn by lot: first call with each", xlabel=label)
+    axes.set(title="random bodies: first call with each", xlabel=label)
 
 
 def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
-    """Share of the bodies with which a method takes less, against the time."""
+    """Draw the share of bodies for which a method takes less than a time."""
     for name, values in sample.items():
         ordered = np.sort(values)
         share = np.arange(1, ordered.size + 1) / ordered.size
@@ -89,7 +89,7 @@ def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
 
 
 def _draw_work(axes: Axes, data: Data) -> None:
-    """Time against error, the best of the settings of methods that vouch for nothing."""
+    """Draw time against error: the best settings of methods that give no certainty."""
     for name, record in report.records(data["fig4"]):
         if "error" not in record or METHODS[name].certain:
             continue
@@ -110,7 +110,7 @@ def _front(error: Any, seconds: Any) -> Any:
 
 
 def _draw_wrong(axes: Axes, data: Data) -> None:
-    """Wrong symbols per million against the time of an orbit; none at all lies on the floor."""
+    """Draw wrong symbols per million against the time of an orbit; none is drawn at the bottom."""
     for group in data["random_phases"].values():
         for name, record in report.records(group):
             wrong = 1e6 * float(record["wrong_trusted"]) / float(record["symbols"])
@@ -127,7 +127,7 @@ def _draw_wrong(axes: Axes, data: Data) -> None:
 
 
 def _draw_legend(figure: Figure, every: list[Axes]) -> None:
-    """Tell families that are shown, and what lines mean, below the diagrams."""
+    """Draw the legend of families and line styles below the diagrams."""
     shown = {str(line.get_label()) for one in every for line in one.lines} & set(METHODS)
     families = {METHODS[name].family for name in shown}
     looks = [look for family, look in reversed(APPEARANCES.items()) if family in families]

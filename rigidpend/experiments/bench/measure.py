@@ -1,15 +1,14 @@
-"""Measurements of a worker: what is timed, in which order, within which budget.
+"""Measurements of a worker: the order of timings and their budgets.
 
-At first each method alone: the search tries every setting and tolerance of its grid at Fig. 4 and
-keeps error and time, of which diagrams are made and a setting is chosen; then its symbols are
-counted on random phases, whose codes are in a file, computed in 113 bits by a program written
-before this package, which rounds by itself.
+First each method is measured alone. The search tries every setting and tolerance of its grid at
+Fig. 4 and keeps error and time, for the diagrams and the choice of a setting. Then wrong symbols
+are counted on random phases, whose codes are in a file, computed in 113 bits by a program that is
+older than this package and shares no rounding with it.
 
-The meeting brings the chosen ones together in one process and times them in turn, round by round,
-so that what slows the machine slows all of them: ratios come from it and from nothing else. At last
-there are bodies drawn by lot.
+The meeting times the chosen settings in turn in one process, round by round, so that whatever slows
+the machine slows all of them: ratios come only from the meeting. Randomly drawn bodies come last.
 
-Each work is a generator of lines, of numbers and lists that any process can take.
+Each of these is a generator of lines: dictionaries of numbers and lists, which processes exchange.
 """
 
 from __future__ import annotations
@@ -41,39 +40,39 @@ from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.problem import RouteProblem
 
 Line = dict[str, Any]
-"""A measurement, as a worker tells it."""
+"""A measurement, as a worker sends it."""
 
 FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
-"""Errors that a method may raise: it found no number, its library is not there or refuses.
+"""Errors that a method may raise: it finds no number, or its library is missing or refuses.
 
-Whatever else is raised is a fault of this package's own lines."""
+Any other error is a fault of this package."""
 WARM = 8.0
-"""Seconds: a first solve that took less, compilation and all, is always followed by a second."""
+"""Seconds of a first solve, with compilation, below which a second solve always follows."""
 THREADS = 2
-"""Threads with bodies drawn by lot; all else takes one."""
+"""Threads for randomly drawn bodies; other measurements use one."""
 BRIEF = 0.01
-"""Seconds: a solve that takes less finds the caches of the processor as others left them."""
+"""Seconds of a solve below which its time depends on the processor's caches left by others."""
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
 REPEATS = 3
-"""Warm solves at most, whose median counts."""
+"""Largest number of warm solves, whose median counts."""
 CHUNK = 250
 """Random phases in one call."""
 PILOT = 16
-"""Orbits of a body by which the time of a peer's orbit is told."""
+"""Orbits of a body from which the time of a peer for an orbit is estimated."""
 TRUTH = 4.0
-"""Time of the truth at a body, over that of a peer."""
+"""Time allowed for the truth of a body, over that for a peer."""
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    """Time some work; give the seconds and what it returned."""
+    """Time a call; return the seconds and its result."""
     begun = time.perf_counter()
     found = work()
     return time.perf_counter() - begun, found
 
 
 class Timed(NamedTuple):
-    """A method that was made ready, solved a first time, and again; all times are seconds."""
+    """Times of a method in seconds: to make it ready, of the first solve, and of further ones."""
 
     answer: Any
     made: float
@@ -82,14 +81,14 @@ class Timed(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        """A warm solve: the median of the further ones; the first one where there is none."""
+        """Time of a warm solve: the median of the further ones, or else the first."""
         return statistics.median(self.again or [self.first])
 
 
 def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm: float) -> Timed:
-    """Make a method ready and solve, and again as often as some seconds allow.
+    """Make a method ready, solve, and solve again as often as the seconds allow.
 
-    Once more at least where the first solve took less than `warm` seconds.
+    If the first solve took less than `warm` seconds, at least one more follows.
     """
     prepared, solver = timed(make)
     first, found = timed(solver.solve)
@@ -103,7 +102,7 @@ def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm:
 def alone(config: schema.Config, name: str, truth: Data) -> Iterator[Line]:
     """One method: a line for each setting at Fig. 4, then one for each start of random phases."""
     for library in METHODS[name].libraries:
-        # What is imported before is not counted as a method's preparation.
+        # Imported before the clock runs, so that imports do not count as preparation.
         importlib.import_module(library)
     task = problems.fig4(config.problem.columns, config.problem.n_symbols)
     yield from search(task, truth, name, config.search)
@@ -113,8 +112,8 @@ def alone(config: schema.Config, name: str, truth: Data) -> Iterator[Line]:
 def search(task: Task, truth: Data, name: str, asked: schema.Search) -> Iterator[Line]:
     """Try every setting of a method: each variant at each tolerance.
 
-    A variant ends where it takes longer than any meeting would wait, preparation not counted: it is
-    compilation, mostly.
+    A variant ends when a solve takes longer than the meeting allows. Preparation, mostly
+    compilation, does not count.
     """
     slowest = float(asked.slowest)
     for number, setting in enumerate(METHODS[name].variants):
@@ -129,10 +128,10 @@ def search(task: Task, truth: Data, name: str, asked: schema.Search) -> Iterator
 
 
 def random_phases(asked: schema.RandomPhases, name: str, entry: Entrant) -> Iterator[Line]:
-    """Count the symbols of a method that are wrong, chunk by chunk; a line for each start J1_0.
+    """Count the wrong symbols of a method, chunk by chunk; a line for each start J1_0.
 
-    After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
-    ``orbits`` and the ``seconds``.
+    After the asked number of seconds no further chunk begins. A line has the counts of
+    :func:`judged`, the ``orbits`` and the ``seconds``.
     """
     for J1_0, stored in json.loads(STORED.read_text(encoding="utf-8"))["orbits"].items():
         phases, texts, _ = zip(*stored[: asked.orbits], strict=True)
@@ -144,7 +143,7 @@ def random_phases(asked: schema.RandomPhases, name: str, entry: Entrant) -> Iter
             columns = slice(done, done + CHUNK)
             solver = made(name, problems.from_phases(problem, np.array(phases[columns])), entry)
             if not done:
-                # What is compiled, is compiled before the clock runs.
+                # Solved once before the clock runs, so that compilation does not count.
                 solver.solve()
             taken, found = timed(solver.solve)
             tally.update(judged(solver.read(found), true[:, columns]))
@@ -153,7 +152,7 @@ def random_phases(asked: schema.RandomPhases, name: str, entry: Entrant) -> Iter
 
 
 def meeting(config: schema.Config, entries: dict[str, Entrant], truth: Data) -> Iterator[Line]:
-    """Several methods in turn at Fig. 4; a line is a method, and has the times of all rounds."""
+    """Time several methods in turn at Fig. 4; a line for each, with the times of all rounds."""
     task = problems.fig4(config.problem.columns, config.problem.n_symbols)
     solvers = {name: made(name, task, entry) for name, entry in entries.items()}
     errors = {name: problems.errors(x.read(x.solve()), truth) for name, x in solvers.items()}
@@ -163,10 +162,10 @@ def meeting(config: schema.Config, entries: dict[str, Entrant], truth: Data) -> 
 
 
 def in_turn(solvers: dict[str, Solver], rounds: int, seconds: float) -> dict[str, list[float]]:
-    """Time methods in turn, round by round; the order turns too.
+    """Time methods in turn, round by round; each round begins with another method.
 
-    A short solve is made twice, and the second one counts. A method that has spent its `seconds`
-    misses the rounds that are left: its times are NaN.
+    A short solve is repeated, and the second time counts. A method that has spent its `seconds`
+    misses the remaining rounds: its times there are NaN.
     """
     found = {name: [math.nan] * rounds for name in solvers}
     spent, names = dict.fromkeys(solvers, 0.0), list(solvers)
@@ -183,17 +182,17 @@ def in_turn(solvers: dict[str, Solver], rounds: int, seconds: float) -> dict[str
 
 
 def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]:
-    """Call each method with bodies drawn by lot that it has not seen before, and again.
+    """Call each method with randomly drawn bodies that it has not seen before, and again.
 
-    The first method, ours, follows all orbits, fewer where it is expected to take longer than the
-    `longest` time; a peer as many of them as it can in its time, with the horizon that ours told.
-    Where two methods differ principal axes tell who is right.
+    The first method, ours, follows all orbits, or fewer if it is expected to take longer than
+    `longest`; a peer follows as many of them as its time allows, up to the end times found by ours.
+    Where two methods differ, principal axes decide who is right.
 
-    A line, of a body, has its numbers as ``body``, and by method ``first`` and ``again``, seconds,
-    ``orbits`` and the counts of :func:`judged`.
+    A line for each body has its numbers as ``body``, and by method ``first`` and ``again``, in
+    seconds, ``orbits`` and the counts of :func:`judged`.
     """
     asked, (own, *peers) = config.bodies, entries
-    # What any body needs is compiled before the clock runs.
+    # Code that serves every body is compiled before the clock runs.
     for n in (1, asked.orbits):
         made(own, problems.random_routes(FIG4, n), entries[own], THREADS).solve()
     few = problems.random_routes(FIG4, min(PILOT, asked.orbits))
@@ -207,7 +206,7 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
 
 
 def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:
-    """As many of the orbits as ours is expected to follow in so many seconds of a core."""
+    """Number of orbits that our method is expected to follow in some seconds of a core."""
     while orbits > PILOT and expected_seconds(problem, orbits) > seconds:
         orbits //= 2
     return orbits
@@ -220,6 +219,7 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     ours = timed_solver(make, REPEATS, seconds, math.inf)
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
+    # Peers need an end time: the last crossing that ours found, and a little more.
     last = np.nanmax(ours.answer.time, initial=0.0)
     task = task._replace(end=1.001 * last / problems.time_unit(task.problem.body))
     for name in peers:
@@ -232,9 +232,9 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
 
 
 def _in_its_time(make: Make, task: Task, seconds: float) -> tuple[dict[str, float], Crossed]:
-    """Times of a peer with as many orbits as it is expected to follow in so many seconds.
+    """Times of a peer with as many orbits as it is expected to follow in its seconds.
 
-    Its first call is with a few of them, to which the others are added at what they take again.
+    Its first call has a few of them; the time of the other orbits in a second call is added.
     """
     n = few = min(PILOT, task.states.shape[1])
     pilot = timed_solver(lambda: make(task.of(np.arange(few))), 1, seconds, math.inf)
@@ -249,10 +249,11 @@ def _in_its_time(make: Make, task: Task, seconds: float) -> tuple[dict[str, floa
 
 
 def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[int, Any]:
-    """The number of orbits whose symbols are known, and the symbols of ours set right.
+    """The number of orbits whose symbols are known, and our symbols corrected.
 
-    Where all agree they are known. Where not, principal axes tell. What is behind the first orbit
-    for which there is no time does not count, or none of the doubtful ones would.
+    Symbols on which all methods agree are known; others are found in principal axes. Orbits after
+    the first one that no time is left for do not count: keeping only those on which methods agree
+    would leave out just the doubtful ones.
     """
     first, *others = answers.values()
     true, most = first.codes.copy(), max((x.codes.shape[1] for x in others), default=0)

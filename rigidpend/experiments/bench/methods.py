@@ -1,6 +1,6 @@
-"""Methods as data: what is tried for each, and which setting is chosen.
+"""Methods as data: the settings tried for each, and the choice among them.
 
-Nothing is imported that computes: tables and figures read this too.
+This module imports nothing that computes, because tables and figures read it too.
 """
 
 from __future__ import annotations
@@ -12,35 +12,35 @@ import numpy as np
 from rigidpend.experiments.data import Data
 
 Setting = dict[str, Any]
-"""Words to the adapter of a method."""
+"""Keyword arguments for the adapter of a method."""
 
 
 class Entrant(NamedTuple):
     """A method as it takes part: its tolerance and its setting."""
 
     tolerance: float | None = None
-    """None where there is none to choose."""
+    """None if the method has no tolerance."""
     setting: Setting = {}  # noqa: RUF012
 
 
 class Method(NamedTuple):
-    """A method that tells symbols."""
+    """A method that finds symbols."""
 
     label: str
     family: str
-    """``ours``, or whose; `peers.ADAPTERS` has the function that answers for it."""
+    """``ours``, or the name of a library; `peers.ADAPTERS` has its adapter."""
     finest: float | None = 2.0**-52
-    """The finest tolerance that it takes; None where there is none to choose."""
+    """The finest tolerance that it accepts; None if it has no tolerance."""
     libraries: tuple[str, ...] = ()
     """Libraries beyond NumPy, imported before anything is timed."""
     variants: tuple[Setting, ...] = ({},)
     """Settings: each is tried at every tolerance."""
     drawn: Setting = {}  # noqa: RUF012
-    """Words that are other ones with bodies drawn by lot."""
+    """Arguments that replace those of `variants` for randomly drawn bodies."""
     runs: tuple[tuple[str, Entrant], ...] = ()
     """Methods that a cross-check compares; the third decides."""
     certain: bool = False
-    """True if it says which of its symbols can be trusted."""
+    """True if it marks the symbols that can be trusted."""
 
     @property
     def peer(self) -> bool:
@@ -49,21 +49,25 @@ class Method(NamedTuple):
 
 
 FINEST_SCIPY = 2.3e-14
-# Like is compared with like: other methods deliver symbols and no word on whether they are right.
-# `route_codes`, which vouches for each, is a line of its own.
+# Like is compared with like: the default, as other methods, delivers symbols without certainty.
+# `route_codes`, which establishes each symbol, is a line of its own.
 DEFAULT = "aligned_batch"
 """The method to which the others are compared at Fig. 4."""
 METHODS = {
     "route_codes": Method(
         "route_codes, every symbol certain", "ours", None, variants=({"way": "integration"},),
-        # It may build return maps.
+        # With randomly drawn bodies it may build return maps.
         drawn={"way": "auto"}, certain=True,
+    ),
+    "route_codes_often": Method(
+        "route_codes called often, every symbol certain", "ours", None,
+        variants=({"way": "auto", "calls": 20},), certain=True,
     ),
     DEFAULT: Method("aligned Taylor, batches", "ours"),
     "heyoka_principal": Method(
         "heyoka, Euler-Poisson, batches", "heyoka", libraries=("heyoka",),
         variants=({"lanes": 8}, {"lanes": 4}, {"lanes": 16}),
-        # It is compiled once for all of them.
+        # Compiled once for all randomly drawn bodies.
         drawn={"parameters": True},
     ),
     "cyrk": Method(
@@ -91,7 +95,7 @@ METHODS |= {
 
 
 def tolerances(name: str, search: Any) -> list[float | None]:
-    """Tolerances that a method is tried with, loosest first."""
+    """Tolerances at which a method is tried, loosest first."""
     finest, asked = METHODS[name].finest, sorted(map(float, search.tolerances), reverse=True)
     return [None] if finest is None else [x for x in asked if x >= finest]
 
@@ -102,7 +106,7 @@ def finest(name: str, search: Any) -> Entrant:
 
 
 def best(name: str, record: Data, search: Any) -> Entrant:
-    """The entry of a method that its search chose; the finest one without a search."""
+    """The entry that a method's search chose; without a search that of the finest tolerance."""
     if "seconds" not in record:
         return finest(name, search)
     k = chosen(record)
@@ -112,7 +116,7 @@ def best(name: str, record: Data, search: Any) -> Entrant:
 
 
 def chosen(record: Data) -> int:
-    """The row of the fastest setting that had every symbol right; else of the most exact one."""
+    """The row of the fastest setting with every symbol right, or else of the most accurate one."""
     right = np.asarray(record["wrong_symbols"]) == 0
     if right.any():
         return int(np.argmin(np.where(right, record["seconds"], np.inf)))
@@ -120,7 +124,7 @@ def chosen(record: Data) -> int:
 
 
 def guests(records: Data, config: Any) -> dict[str, Entrant]:
-    """The methods that meet, of which `records` has the search; who is too slow stays away."""
+    """The methods for the meeting, from their searches in `records`; slow ones are left out."""
     slowest = float(config.search.slowest)
     return {
         name: best(name, records[name], config.search)

@@ -1,12 +1,12 @@
 """Methods made ready: ours, and the adapters of heyoka and SciPy; CyRK's is a module of its own.
 
-heyoka, as its experts use it, has orbits side by side in lanes. With the numbers of a body as
-parameters it is compiled once for all bodies; compiled for each, it is 4 % faster then. SciPy's
-DOP853 has a right-hand side as fast as Python has it, all orbits as one system: a call of Python
-then serves all of them, which was three to eight times faster than one orbit after the other with
-`solve_ivp` and its events.
+heyoka runs as its experts use it, with orbits side by side in SIMD lanes. With the numbers of a
+body as parameters it is compiled once for all bodies; compiled for each body it runs 4 % faster.
+SciPy's DOP853 has all orbits as one system, so that one Python call of the right-hand side serves
+all of them; that was three to eight times faster than one orbit after the other with `solve_ivp`
+and its events.
 
-Each library is imported where it is used, for it may not be installed.
+Each library is imported where it is used, because it may not be installed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
 
 FALSE_POSITIONS = 12
-"""Steps of SciPy's from the ends of a step to the crossings in it."""
+"""Iterations of false position for SciPy, from the ends of a step to the crossings in it."""
 
 
 def made(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
@@ -45,9 +45,9 @@ def made(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
 def compared(task: Task, *makes: Make) -> Solver:
     """Cross-check of a peer: run twice, compare, and run the columns that differ a third time.
 
-    A symbol is trusted where two runs agree on it and on all before it. Where the first two differ
-    the third decides, if it agrees with one of them. Nothing tells how near an agreement must be,
-    as it does for ours: runs of one formulation err alike.
+    A symbol is trusted if two runs agree on it and on all before it. Where the first two differ,
+    the third decides if it agrees with one of them. Only symbols are compared: runs of one
+    formulation err alike, so that no limit on times could be derived, as for our method.
     """
     first, second, third = makes
     solvers = [first(task), second(task)]
@@ -57,7 +57,7 @@ def compared(task: Task, *makes: Make) -> Solver:
         trusted = np.logical_and.accumulate(a.codes == b.codes, axis=0)
         codes, doubtful = a.codes.copy(), np.flatnonzero(~trusted.all(axis=0))
         if doubtful.size:
-            # What is compiled for other orbits serves these; only their states are new.
+            # Compiled code serves other orbits as well; only the states are new.
             again = third(task.of(doubtful))
             c = again.read(again.solve())
             for other in (a, b):
@@ -69,15 +69,21 @@ def compared(task: Task, *makes: Make) -> Solver:
     return Solver(solve)
 
 
-def ours(task: Task, tolerance: Any, threads: int, way: str = "") -> Solver:
-    """Route codes, where every symbol is told by two computations; the way is one of theirs.
+def ours(task: Task, tolerance: Any, threads: int, way: str = "", calls: int = 0) -> Solver:
+    """Our methods: `route_codes` by one of its ways (``auto``, ...), with every symbol certain.
 
-    Without a way the first of these alone answers, series of a tolerance in doubles.
+    The return maps and then so many `calls` are made before those that are timed: maps serve few
+    orbits only of a problem that has been asked for often. Without a way only its first computation
+    runs: Taylor series in doubles at a tolerance.
     """
     if way:
-        given = task.problem, task.theta2_0, resolve(), threads, way
+        given = task.problem, task.theta2_0, resolve(), threads
+        if calls:
+            codes_of(*given, "map")
+        for _ in range(calls):
+            codes_of(*given, way, kept=True)
         return Solver(
-            lambda: codes_of(*given, kept=True),
+            lambda: codes_of(*given, way, kept=True),
             lambda found: Crossed(found.codes, found.crossing_time, found.certain),
         )
     run = Run(task.problem, Phases(task.theta2_0), Arithmetic("taylor", tolerance, (53,)), threads)
@@ -94,8 +100,8 @@ def in_lanes(
 ) -> Callable[[], Array]:
     """heyoka on Euler-Poisson; a lane whose orbit is done takes the next one.
 
-    With `parameters` the numbers of the body are parameters of what is compiled; mu is in two of
-    them, beside r.
+    With `parameters` the numbers of the body are parameters of the compiled code; mu is part of
+    two of them, as mu r.
     """
     hy, (A, r, mu) = heyoka(), task.problem.body.floats()
     names = [hy.make_vars(f"x{i}") for i in range(6)]
@@ -104,7 +110,7 @@ def in_lanes(
         field = euler_poisson_field([hy.par[i] for i in range(3)], [hy.par[3], hy.par[4], 0.0], 1.0)
     wanted, n = task.problem.n_symbols + 1, task.states.shape[1]
     found = np.empty((3, wanted, n))
-    # By lane: its orbit, and the crossings that it has had.
+    # For each lane: its orbit, and the number of crossings so far.
     column, count = [0] * lanes, [0] * lanes
 
     def write(_: Any, __: Any, lane: int) -> bool:
@@ -147,7 +153,7 @@ def in_lanes(
         while busy:
             made.propagate_until(until)
             for lane in list(busy):
-                # An orbit that a loose tolerance has spoilt has a time that is none.
+                # A loose tolerance may spoil an orbit until its numbers are not finite.
                 running = made.time[lane] < until[lane] and np.isfinite(state[:, lane]).all()
                 if not (count[lane] < wanted and running) and not load(lane):
                     busy.discard(lane)
@@ -158,7 +164,7 @@ def in_lanes(
 
 @shared
 def abreast(task: Task, tolerance: float) -> Callable[[], Array]:
-    """SciPy's DOP853, all orbits one system; crossings by each step's dense output."""
+    """SciPy's DOP853 with all orbits as one system; crossings from each step's dense output."""
     from scipy.integrate import DOP853
 
     rates, wanted, states = flat(task.problem.body), task.problem.n_symbols + 1, task.states
@@ -197,7 +203,7 @@ def abreast(task: Task, tolerance: float) -> Callable[[], Array]:
 
 
 def _zeros(there: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: Array) -> Array:
-    """The zeros of M3 of some orbits between two times of each, by false positions."""
+    """The zeros of M3 of several orbits, each between two times, by false position."""
     for _ in range(FALSE_POSITIONS):
         c = b - fb * (b - a) / np.where(fb == fa, 1.0, fb - fa)
         fc = there(c)[2]
@@ -209,7 +215,7 @@ def _zeros(there: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: A
 
 @shared
 def _compiled(task: Task, tolerance: float, **setting: Any) -> Callable[[], Array]:
-    """CyRK, whose module needs it already to be imported."""
+    """CyRK's answer; its module here imports CyRK at once, and is therefore imported late."""
     from rigidpend.experiments.bench import cyrk_compiled
 
     return cyrk_compiled.follows(task, tolerance, **setting)
@@ -221,4 +227,4 @@ ADAPTERS: dict[str, Callable[..., Solver]] = {
     "cyrk": _compiled,
     "scipy": abreast,
 }
-"""From a task, a tolerance, threads and a setting to the answer: by the family of a method."""
+"""Adapters by family: from a task, a tolerance, threads and a setting to a solver."""

@@ -1,4 +1,4 @@
-"""Orbits whose symbols are asked for: those of Fig. 4, and those of bodies drawn by lot.
+"""Orbits whose symbols are asked for: those of Fig. 4, and those of randomly drawn bodies.
 
 States are (6, n), M and gamma in principal axes. Times are physical.
 """
@@ -24,9 +24,9 @@ from rigidpend.routes.problem import RouteProblem
 
 FIG4 = RouteProblem(Body((2, 1, "1.5"), (1, 1, 0), "0.001"), exact("1.3342"), exact("1e-8"), 15)
 PASSAGE = 26.0
-"""t' by which any passage of the orbits of Fig. 4 is over; the mean is 16."""
+"""Longest time t' of a passage of the orbits of Fig. 4; the mean is 16."""
 SEED = 40
-"""Seed of the drawn bodies that are the same in every run."""
+"""Seed of the bodies that are the same in every run."""
 WEIGHT = -4.0, math.log10(0.02)
 """log10 of the least and the largest mu/h0 of a drawn body."""
 START = -12.0, -6.0
@@ -34,7 +34,7 @@ START = -12.0, -6.0
 
 
 class Task(NamedTuple):
-    """Orbits that start on a separatrix, of which symbols and crossing times are asked."""
+    """Orbits that start on a separatrix, whose symbols and crossing times are asked for."""
 
     problem: RouteProblem
     theta2_0: Any
@@ -42,10 +42,10 @@ class Task(NamedTuple):
     states: Array
     """(6, n) at time 0."""
     end: float
-    """A time by which each orbit has made all its crossings."""
+    """Physical time by which each orbit has made all its crossings."""
 
     def of(self, columns: Any) -> Task:
-        """The same for some of the orbits."""
+        """The task for some of the orbits."""
         states = np.ascontiguousarray(self.states[:, columns])
         return self._replace(theta2_0=self.theta2_0[columns], states=states)
 
@@ -58,29 +58,29 @@ class Crossed(NamedTuple):
     time: Array
     """(n_symbols + 1, n), t'."""
     certain: Any = None
-    """(n_symbols, n), of a method that says which symbols it vouches for."""
+    """(n_symbols, n), True for trusted symbols; None if the method marks none."""
 
 
 def time_unit(body: Body) -> float:
-    """s, by which t' = t s."""
+    """The factor s of t' = t s."""
     return float(scale(body.floats()[0], math))
 
 
 def fig4(columns: int, n_symbols: int) -> Task:
-    """The first columns of the left array."""
+    """The orbits of the first columns of Fig. 4's left array."""
     phases = np.array([f"{k}/10" for k in range(columns)], dtype=object)
     states = np.array(initial(FIG4, [exact(x) for x in phases]), dtype=float).T
     return _task(replace(FIG4, n_symbols=n_symbols), phases, states)
 
 
 def random_routes(problem: RouteProblem, n: int) -> Task:
-    """Orbits from random phases, doubles, the same ones in every run."""
+    """Orbits from random phases in doubles, the same in every run."""
     return from_phases(problem, np.random.default_rng(0).uniform(0, 2 * np.pi, n))
 
 
 def from_phases(problem: RouteProblem, phases: Array) -> Task:
     """Orbits from phases in doubles."""
-    # gamma is linear in the cosine and the sine of the phase.
+    # gamma is linear in the cosine and sine of the phase: two exact starts give all others.
     along, across = np.array(initial(problem, [exact(0), PI / 2]), dtype=float)
     gamma = np.outer(along[3:], np.cos(phases)) + np.outer(across[3:], np.sin(phases))
     M = np.repeat(along[:3, None], len(phases), axis=1)
@@ -93,16 +93,16 @@ def _task(problem: RouteProblem, phases: Any, states: Array) -> Task:
 
 
 def drawn(seed: int = SEED, bodies: int = 40) -> list[RouteProblem]:
-    """Problems of bodies drawn by lot: any shape, any direction of r, any energy.
+    """Problems of randomly drawn bodies: any shape, any direction of r, any energy.
 
-    Numbers have three or four digits, so that a problem can be written down.
+    Numbers have three or four digits, so that tables state a problem exactly.
     """
     random = np.random.default_rng(seed)
     return [_drawn(random) for _ in range(bodies)]
 
 
 def shape(random: np.random.Generator) -> tuple[float, float]:
-    """A2/A1 and A3/A1, evenly over the shapes that a body may have: A1 > A3 > A2, A2 + A3 > A1."""
+    """A2/A1 and A3/A1, uniform over the admitted shapes: A1 > A3 > A2, A2 + A3 > A1."""
     A2, A3 = 1.0, 0.0
     while not (0.01 < A2 < A3 - 0.002 < 0.996 and A2 + A3 > 1.002):
         A2, A3 = random.uniform(0, 1, 2)
@@ -129,7 +129,7 @@ def truth(task: Task) -> dict[str, Any]:
 
 
 def errors(answer: Crossed, true: Data) -> dict[str, float]:
-    """Median over the columns of the largest error of a crossing time, t'; wrong symbols."""
+    """Median over columns of the largest error of a crossing time, t', and the wrong symbols."""
     gap = np.abs(answer.time - true["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)
     wrong = judged(answer, true["codes"])["wrong_symbols"]

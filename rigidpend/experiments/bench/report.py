@@ -1,4 +1,4 @@
-"""Time, ratios and trust of every method, losses first.
+"""Tables of the benchmark: time, ratios and trust of every method, losses first.
 
 Functions take ``/data`` of a result, as `store.load` gives it. Ratios at Fig. 4 come from the
 meeting alone: the median over the rounds of a method's time divided by that of the default in the
@@ -23,9 +23,9 @@ FIG4 = "route codes of Fig. 4, every symbol right"
 RULE_OF_THREE = 3.0
 """Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 COVERED = 0.95
-"""Least chance with which a stated interval holds the true median."""
+"""Least probability with which a stated interval contains the true median."""
 SLOWEST = 5
-"""Number of bodies that are told, those with which ours takes longest."""
+"""Number of listed bodies with which our method takes longest."""
 CALLS = {"first call": "first", "again, an orbit": "again"}
 
 
@@ -43,7 +43,7 @@ class Standing(NamedTuple):
 
 
 def met(data: Data) -> list[Standing]:
-    """Results of the methods at the meeting, the fastest first; none without the default."""
+    """Results of the methods at the meeting, fastest first; empty if the default was not there."""
     group = data["meeting"]
     found = []
     for name, record in records(group) if DEFAULT in group else ():
@@ -57,25 +57,26 @@ def met(data: Data) -> list[Standing]:
 
 
 def interval(sample: Any) -> tuple[float, float, float]:
-    """A median, and its stated uncertainty: the ends of an interval that holds the true one.
+    """A sample's median, and the ends of an interval that contains the true median.
 
-    They are members of the sample, as far inside as leaves a chance of `COVERED` at least: so
-    many of n independent values are less than the median as heads fall in n throws of a coin,
-    whatever their distribution. Fewer than six values have no such interval; it is their range
-    then, which holds the median with a chance of 1 - 2^(1-n).
+    The ends are members of the sample, as far inside as a probability of `COVERED` allows: the
+    number of n independent values below the true median is binomial as in n throws of a coin,
+    whatever their distribution. Fewer than six values have no such interval; their range is
+    returned, which contains the median with a probability of 1 - 2^(1-n).
     """
     ordered = np.sort(np.asarray(sample, dtype=float))
     n, k, missed = ordered.size, 0, 2.0 ** (1 - ordered.size)
+    # Of n throws of a coin the chance of at most k heads or at most k tails, summed up from k = 0.
     while (missed := missed + 2.0 ** (1 - n) * math.comb(n, k + 1)) <= 1 - COVERED:
         k += 1
     return float(np.median(ordered)), float(ordered[k]), float(ordered[-1 - k])
 
 
 def of_bodies(data: Data) -> dict[str, dict[str, Any]]:
-    """Times of each method with the bodies drawn by lot, ours first.
+    """Times of each method with the randomly drawn bodies, ours first.
 
-    ``first`` is the first call with each body, seconds, scaled to as many orbits as ours followed;
-    ``again`` the same call again, seconds an orbit.
+    ``first`` is the first call with each body, in seconds, scaled to the number of orbits that ours
+    followed; ``again`` the same call again, in seconds per orbit.
     """
     group = records(data.get("bodies", {}))
     found: dict[str, dict[str, Any]] = {}
@@ -87,14 +88,14 @@ def of_bodies(data: Data) -> dict[str, dict[str, Any]]:
 
 
 def tables(result: Loaded) -> list[Table]:
-    """All tables, for people: losses first."""
+    """All tables, losses first."""
     data = result["data"]
     rest = meeting_table(data), phases_table(data)
     return [losses_table(data), *bodies_tables(data), *(x for x in rest if x.rows)]
 
 
 def losses_table(data: Data) -> Table:
-    """Table of the losses: a peer is faster than ours, at every symbol right at Fig. 4."""
+    """Table of the losses: peers that are faster than ours, at Fig. 4 with every symbol right."""
     rows = [
         (FIG4, METHODS[x.method].label, seconds(x.seconds), _stated(x.ratio))
         for x in met(data)
@@ -111,7 +112,7 @@ def losses_table(data: Data) -> Table:
 
 
 def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
-    """Bodies with which a peer is faster: how many, and the one with which it is so by most."""
+    """Rows on bodies with which a peer is faster: their number, and the largest difference."""
     found = of_bodies(data)
     own = next(iter(found.values()), {})
     for name in (name for name in found if METHODS[name].peer):
@@ -120,12 +121,12 @@ def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
             ratios = theirs / own[key]
             k, lost = int(np.argmin(ratios)), int((ratios < 1).sum())
             if lost:
-                text = f"{call}: {lost} of {ratios.size} bodies drawn by lot, the worst"
+                text = f"{call}: {lost} of {ratios.size} random bodies, the worst"
                 yield text, METHODS[name].label, seconds(theirs[k]), times(ratios[k])
 
 
 def bodies_tables(data: Data) -> list[Table]:
-    """Bodies drawn by lot: every method with them, and those with which ours takes longest."""
+    """Tables of randomly drawn bodies: all methods, and the bodies that take ours longest."""
     found, group = of_bodies(data), data.get("bodies", {})
     if not found:
         return []
@@ -143,26 +144,26 @@ def bodies_tables(data: Data) -> list[Table]:
     orbits = group[name]["orbits"]
     note = (
         f"{orbits.size} bodies: shapes, directions, energies, weights (mu/h0 from 1e-4 to 2e-2)"
-        " and starts (J1_0 from 1e-12 to 1e-6) by lot;"
+        " and starts (J1_0 from 1e-12 to 1e-6) at random;"
         f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads; fewer of the"
         f" {int((orbits < max(orbits)).sum())} bodies"
         " with which ours is expected to take long. A peer follows fewer,"
         " and its time is scaled. Medians over the bodies, then what 90 % of them stay below."
         " Symbols per million: wrong ones that a method vouches for, all wrong ones where it"
-        " vouches for none. Where two methods differ principal axes tell, in up to 113 bits; what"
-        " is behind the first orbit that they have no time for does not count. heyoka is compiled"
+        " vouches for none. Where two methods differ, principal axes decide, in up to 113 bits;"
+        " symbols after the first orbit that they have no time for do not count. heyoka is compiled"
         " once, with the numbers of a body as parameters."
     )
     slow = np.argsort(-sum(x / np.median(x) for x in own.values()))[:SLOWEST]
     title = f"The slowest bodies: {METHODS[name].label}"
     return [
-        Table("Bodies drawn by lot", header, rows, note),
+        Table("Random bodies", header, rows, note),
         Table(title, ("A", "r", "mu/h0", "J1_0", *CALLS), [_body(group, own, k) for k in slow]),
     ]
 
 
 def _body(group: Data, own: Data, k: int) -> tuple[str, ...]:
-    """A body, and how long ours takes with it."""
+    """A row: a body, and the time that ours takes with it."""
     one = {key: x[k] for key, x in group.items() if np.ndim(x)}
     told = "({A1:.4g}, {A2:.4g}, {A3:.4g})", "({r1:.4g}, {r2:.4g}, 0)"
     weight = f"{one['mu'] / one['h0']:.2g}", f"{one['J1_0']:.2g}"
@@ -170,7 +171,7 @@ def _body(group: Data, own: Data, k: int) -> tuple[str, ...]:
 
 
 def meeting_table(data: Data) -> Table:
-    """Time and ratio of every method at Fig. 4, the fastest first."""
+    """Table of time and ratio of every method at Fig. 4, the fastest first."""
     rows = []
     for one in met(data):
         marks = " *" * (one.method == DEFAULT) + " +" * (not one.reached)
@@ -188,7 +189,7 @@ def meeting_table(data: Data) -> Table:
 
 
 def phases_table(data: Data) -> Table:
-    """Wrong symbols per million on random phases, against 113-bit arithmetic."""
+    """Table of wrong symbols per million on random phases, against 113-bit arithmetic."""
     groups = data["random_phases"]
     rows = []
     for name, _ in records(next(iter(groups.values()), {})):

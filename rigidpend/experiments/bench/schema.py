@@ -27,7 +27,7 @@ Tolerance = Annotated[
 
 
 class Workload(Part):
-    """Orbits of Fig. 4, and the methods that tell their symbols."""
+    """Orbits of Fig. 4, and the methods that find their symbols."""
 
     methods: Methods = tuple(METHODS)
     """Names of the methods."""
@@ -43,7 +43,7 @@ class Search(Part):
     tolerances: Annotated[tuple[Tolerance, ...], Field(min_length=1)]
     """Local tolerances of methods that choose their steps, dimensionless."""
     slowest: Seconds
-    """Longest time for all, seconds: what is slower meets nobody, and is tried no finer."""
+    """Longest time for all orbits, seconds: a slower setting meets nobody and is tried no finer."""
 
 
 class Meeting(Part):
@@ -52,20 +52,20 @@ class Meeting(Part):
     rounds: Annotated[Whole, Field(ge=1, le=100)] = 11
     """Rounds of a meeting; the median of their ratios counts."""
     seconds: Seconds
-    """Time of one method in all, seconds; then it misses the rounds that are left."""
+    """Total time of one method, seconds; after it the method misses the remaining rounds."""
 
 
 class RandomPhases(Part):
     """Random phases, whose symbols are compared with 113-bit arithmetic."""
 
     orbits: Count
-    """Number of phases at most, for each J1_0."""
+    """Largest number of phases for each J1_0."""
     seconds: Seconds
     """Budget of a method, seconds: after it no further phases are tried."""
 
 
 class Bodies(Part):
-    """Bodies drawn by lot: the first call with each, and the same call again."""
+    """Randomly drawn bodies: the first call with each, and the same call again."""
 
     methods: Annotated[Methods, Field(min_length=1)]
     """Names of the methods; the first is ours."""
@@ -74,15 +74,15 @@ class Bodies(Part):
     drawn: Annotated[Whole, Field(ge=0, le=1000)] = 20
     """Number of bodies that the seed draws."""
     seed: Whole = 1
-    """Seed of these."""
+    """Seed of these bodies."""
     orbits: Count = 20_000
-    """Orbits of each body, of 15 symbols."""
+    """Number of orbits of each body, with 15 symbols."""
     seconds: Seconds
-    """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow.
+    """Time of a peer for a body, seconds of solving: a slow peer follows fewer orbits.
 
-    The truth, where two methods differ, has four times as much."""
+    The truth, where two methods differ, may take four times as long."""
     longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
-    """Time of ours at a body, seconds: it follows fewer orbits where more would take longer."""
+    """Time of ours for a body, seconds: it follows fewer orbits if all would take longer."""
 
 
 class Config(ExperimentConfig):

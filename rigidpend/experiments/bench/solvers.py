@@ -1,8 +1,8 @@
 """Solvers: a method made ready for a task, its orbits shared by threads.
 
-An adapter is a function ``answered(task, tolerance, threads, **setting)`` that gives a `Solver`.
-Those of peers know nothing of threads, and are made ready for a part of the orbits: see
-:func:`shared`. The field that they integrate is the package's own.
+An adapter is a function ``answered(task, tolerance, threads, **setting)`` that returns a `Solver`.
+Peers do not know threads: each thread has a peer made ready for its part of the orbits, see
+:func:`shared`. Peers integrate the package's own field.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.routes.cycle import symbols
 
 SMALLER = 1e-2
-"""The absolute tolerance, of the relative one: for components that pass through zero."""
+"""Absolute tolerance over the relative one, for components that pass through zero."""
 SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
 
 
@@ -31,20 +31,20 @@ class Solver(NamedTuple):
     """A method made ready for a task."""
 
     solve: Callable[[], Any]
-    """All the work that is timed."""
+    """The work that is timed."""
     read: Callable[[Any], Crossed] = lambda found: found
-    """From what `solve` gave to the answer."""
+    """Makes the answer from the result of `solve`, untimed."""
 
 
 Make = Callable[[Task], Solver]
 
 
 def shared(follows: Callable[..., Callable[[], Array]]) -> Callable[..., Solver]:
-    """The adapter of a peer, whose orbits threads share, from what follows a part of them.
+    """Make the adapter of a peer from a function that follows some orbits; threads share them.
 
-    It serves every method that leaves Python's lock while it computes. What follows orbits gives,
-    at crossings of M3 = 0, (3, n_symbols + 1, n): the physical time, NaN where there is no
-    crossing, and M1 and M2 there.
+    It suits methods that release Python's lock while they compute. `follows` gives a function that
+    returns, at crossings of M3 = 0, (3, n_symbols + 1, n): the physical time, NaN where there is
+    no crossing, and M1 and M2 there.
     """
 
     @functools.wraps(follows)
@@ -71,12 +71,12 @@ def _crossed(found: Array, body: Body) -> Crossed:
 def flat(body: Body) -> Any:
     """Write ``rates(dy, t, y, args)``, which takes floats or arrays, and which numba can compile.
 
-    Each quantity is a local variable, as a hand would write it for speed, from the tape that the
-    package's own compiled fields are made of.
+    Each quantity is a local variable, as in fast code written by hand, from the same tape as the
+    package's own compiled fields.
     """
     A, r, mu = body.floats()
-    # The moments are components too, for the tape multiplies by reciprocals of parameters: with
-    # quotients, which round once, CyRK was a sixth faster.
+    # The moments are traced as components, because the tape turns division by a parameter into
+    # multiplication by its reciprocal; with quotients, which round once, CyRK was a sixth faster.
     traced, parameters = trace(lambda y: euler_poisson_field(y[6:], r, mu)(y[:6]), 9)
     components = [*(f"y{i}" for i in range(6)), *map(repr, A)]
     names: list[str] = []
@@ -88,7 +88,7 @@ def flat(body: Body) -> Any:
             names.append(repr(parameters[operands[0]]))
         else:
             left, right = (names[i] for i in operands)
-            # The tape tells parameters apart, even equal ones.
+            # The tape keeps equal parameters apart; expressions that agree in text are joined here.
             names.append(known.setdefault(f"{left} {SIGNS[name]} {right}", f"x{len(known)}"))
     lines = [
         *(f"y{i} = y[{i}]" for i in range(6)),

@@ -8,7 +8,7 @@ from rigidpend.experiments.compare import of_field, relative, stated
 from rigidpend.experiments.data import FLAG, FLOAT, Field, Layout, double, held, whole
 
 CLOSE = 1e-9
-"""Allowed difference of places and of averages: the map errs by 1e-13, times its growth."""
+"""Allowed difference of places and averages: the map's error of 1e-13 times its growth."""
 
 _double, _flag = (partial(Field, kind, ("words",)) for kind in (FLOAT, FLAG))
 _gap = partial(_double, "1", gaps=True, within=stated(1e-15))
@@ -20,7 +20,7 @@ ORBITS = {
         "words",
         "longest",
     ),
-    # `scripts.stated` measures what they err by: 3e-13 and 1e-13 at most.
+    # `scripts.stated` measures the errors of period and action: 3e-13 and 1e-13 at most.
     "period": _double("t'", "time of the word's passages, twice for odd words", within=1e-12),
     "action": _double("1", "integral of J1 dtheta1 + J2 dtheta2 over that time", within=1e-12),
     "mirrored": _flag("1", "whether it is at its mirror image after these passages"),
@@ -37,7 +37,7 @@ ORBITS = {
     ),
     "stable": _flag("1", "whether the orbit is elliptic"),
     "residual": _double("rad", "largest gap where passages meet, by the map", within=stated(1e-10)),
-    # In doubles, whose roundings of 1e-16 grow by some 1e5 in (d, chi).
+    # In doubles, whose roundings of 1e-16 grow by a factor of some 1e5 in (d, chi).
     "alone": _double(
         "t'",
         "largest error of a passage's time, each integrated alone in doubles",

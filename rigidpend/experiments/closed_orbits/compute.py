@@ -21,9 +21,9 @@ from rigidpend.routes.symbolic.stretching import stretching
 
 SEED = 1
 FOUND, VERIFIED = 7e-3, 0.35
-"""Seconds that the words of a length take, over two to that power: found, and verified."""
+"""Seconds per word of a length n, of which there are 2^n: to find its orbit, and to verify it."""
 PARTS = 10
-"""Parts of the long orbit, from whose scatter its error is estimated."""
+"""Parts of the long orbit, whose scatter gives the error of its exponent."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -40,12 +40,13 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def cost(config: Config) -> float:
-    """Estimate of the seconds that a config takes: the words double with each symbol."""
+    """Estimate of the seconds that a config takes; the number of words doubles with each symbol."""
     problem = config.problem
     return FOUND * 2.0**problem.longest + VERIFIED * 2.0 ** min(problem.verified, problem.longest)
 
 
 def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
+    # Orbits that are not verified keep NaN.
     gaps = np.full((2, len(found)), np.nan)
     for k, orbit in enumerate(found):
         if len(orbit.word) <= problem.verified:
@@ -69,6 +70,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
 
 def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> Tree:
     lengths = np.arange(1, problem.longest + 1)
+    # A word of n symbols may repeat a shorter primitive word, whose orbit then counts in n too.
     inside = [[o for o in found if n % len(o.word) == 0] for n in lengths]
     mean, error = _long_orbit(level, problem.symbols, problem.half_turns)
     return {
@@ -85,12 +87,14 @@ def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
     grown = stretching(path(system, half_turns * np.arange(n + 1), 0.0))
+    # Growths far apart along the orbit are nearly independent, and so are the means of the parts.
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
 
 
 def _places(found: list[ClosedOrbit]) -> Tree:
     """The upward crossings of all orbits."""
+    # Every second crossing is upward; the last one repeats the first.
     chi = [orbit.chain.chi[:-1:2] for orbit in found]
     return {
         "chi": np.mod(np.concatenate(chi) + np.pi, 2 * np.pi) - np.pi,
@@ -108,7 +112,7 @@ def _words(found: list[ClosedOrbit]) -> NDArray[np.uint8]:
 
 
 def describe(config: Config) -> list[Row]:
-    """The number of words that a config asks for."""
+    """Row with the number of words that a config asks for."""
     longest = config.problem.longest
     count = sum(1 for _ in words(longest))
     return [Row("words", str(count), f"of up to {longest} symbols, one for each closed orbit")]

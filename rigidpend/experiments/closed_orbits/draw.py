@@ -1,4 +1,4 @@
-"""Exponents of closed orbits by the length of their words, and how fast their averages settle."""
+"""Exponents of closed orbits by the length of their words, and convergence of averages."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 
 LEAST, APART = 4, 4
-"""Least width of the marks of one length, and the room between two lengths, marks."""
+"""Least width for the marks of one length, and the space between two lengths, in marks."""
 NAMED = 2
-"""Symbols of the longest words that are written beside their orbits."""
+"""Largest length of words that are written beside their orbits."""
 ALIKE = 9
-"""Digits behind the point to which exponents are compared: rounding moves them by 1e-12."""
+"""Digits after the point to which exponents are compared: rounding changes them by 1e-12."""
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the exponent of every orbit, and how far averages are from that of the longest words."""
+    """Draw the exponent of every orbit, and the distance of averages from the longest words'."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
@@ -34,7 +34,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _draw_orbits(axes: Axes, data: Data) -> None:
-    """Each orbit has a mark; those of one length stand beside each other in ascending order."""
+    """Draw a mark for each orbit; those of one length stand side by side in ascending order."""
     orbits, averages = data["orbits"], data["averages"]
     exponent, length = orbits["exponent"], (orbits["word"] != NO_SYMBOL).sum(axis=1)
     mean, error = float(averages["long_orbit"]), float(averages["long_orbit_error"])
@@ -64,7 +64,8 @@ def _places(length: Array, exponent: Array) -> tuple[Array, list[float]]:
     middles: list[float] = []
     for n in range(1, int(length.max()) + 1):
         here = np.flatnonzero(length == n)
-        # Orbits and their reversed ones have one exponent but for rounding: they keep their order.
+        # An orbit and its time reversal have equal exponents up to rounding, which must not
+        # decide their order: a stable sort of rounded exponents keeps the order of words.
         order = here[np.argsort(exponent[here].round(ALIKE), kind="stable")]
         middles.append(end + max(len(here), LEAST) / 2)
         places[order] = middles[-1] + np.arange(len(here)) - (len(here) - 1) / 2
@@ -89,14 +90,14 @@ CAPTION = (
     " words of a length settle within a few lengths (right). The words are read from a passage"
     " past the upper orbit on, and the orbits found by the return map. Averages of their Lyapunov"
     " exponents tend to that of long orbits of random symbols: each symbol more leaves a small"
-    " part of the distance, where a random orbit must be a hundred times as long for each digit."
+    " part of the distance, while a random orbit must be a hundred times as long for each digit."
 )
 SHORT = 4
-"""Words of up to so many symbols have a row of their own; there are twelve."""
+"""Largest length of words whose orbits have rows of their own; there are twelve such orbits."""
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Table of the shortest orbits, and that of the averages over each length."""
+    """Table of the shortest orbits, and a table of the averages over each length."""
     orbits, averages = result["data"]["orbits"], result["data"]["averages"]
     words = ["".join(map(str, word[word != NO_SYMBOL])) for word in orbits["word"]]
     short = [k for k, word in enumerate(words) if len(word) <= SHORT]

@@ -12,18 +12,18 @@ from rigidpend.routes.problem import check_energy
 
 
 class Problem(HeavyBody):
-    """A heavy body, and which words its closed orbits are to repeat."""
+    """A heavy body, and the words that its closed orbits repeat."""
 
     h: Number
     """Energy of all orbits (eq. h0_new), dimensionless."""
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
-    """Half rotations of every passage; the fewer, the less stretching."""
+    """Half rotations of every passage; fewer of them stretch less."""
     longest: Annotated[Whole, Field(ge=1, le=10)]
     """Symbols of the longest words."""
     verified: Annotated[Whole, Field(ge=0, le=10)]
     """Symbols of the longest words whose orbits are integrated in 113 bits."""
     symbols: Annotated[Whole, Field(ge=100, le=10_000)]
-    """Symbols of the long orbit beside which averages over closed ones are put."""
+    """Symbols of the long orbit with which averages over closed orbits are compared."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:

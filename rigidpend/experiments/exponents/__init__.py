@@ -12,33 +12,34 @@ from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, whole
 from rigidpend.experiments.shared import MEANING
 
 LOST = 1e-3
-"""Allowed share of cells that are known in one of two results alone, where doubles round otherwise.
+"""Allowed share of cells known in only one of two results, because rounding differs.
 
-As many may move a quantile by the distance of neighbours: `QUANTILE`."""
+So many cells may move a quantile by the distance of neighbouring values: `QUANTILE`."""
 QUANTILE = 1e-3
 MARGIN = 2
-"""Allowed difference of two results, in units of the bound of each one's rounding."""
+"""Allowed difference of two results, in units of the bound of rounding in each."""
 
 
 def _both(stored: Data, fresh: Data, name: str) -> Any:
     return np.isfinite(stored[name]) & np.isfinite(fresh[name])
 
 
-# Symbols are the same where the exponent of both is known.
+# Symbols must be equal where both results know the exponent.
 _KNOWN = where(lambda stored, fresh: _both(stored, fresh, "exponent"))
 
 
 def _rounded(name: str, stored: Data, fresh: Data) -> Any:
-    """Exponents differ by the stored bounds of two roundings where both are known."""
+    """Bound of exponents: where both are known, they differ by the stored bounds of rounding."""
     both = _both(stored, fresh, "exponent")
     lost = np.isfinite(stored["exponent"]) & ~both
-    # Hardly any is known no more: else all these are told.
+    # Up to a share `LOST` of cells may cease to be known; if there are more, all are compared,
+    # so that NaN against a number is reported.
     held = both | lost if lost.mean() > LOST else both
     return np.where(held, MARGIN * stored["allowed"], np.inf)
 
 
 def _grown(name: str, stored: Data, fresh: Data) -> Any:
-    """The stored bound of growths by two ways together, of which the map's is a small part."""
+    """The stored bound for the growths by both methods; that of the map is a small part of it."""
     return np.where(_both(stored, fresh, "growth"), stored["allowed"], np.inf)
 
 
@@ -81,7 +82,7 @@ LAYOUT: Layout = {
         "row": whole("1", "row of the cell", "checked"),
         "column": whole("1", "column of the cell", "checked"),
         "growth": _checked("ln of the growth through all passages; NaN as above", within=_grown),
-        # The errors of both ways are of one result.
+        # An error that one result states of itself: the difference of both methods within it.
         "difference": _checked(
             "that by the variational equations, integrated, less it",
             within=stated(lambda stored, fresh: _grown("", stored, fresh)),

@@ -22,14 +22,14 @@ from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import integrated, stretched
 
 TILE = 8192
-"""Cells at a time: each has tables of its own energy."""
+"""Cells at a time, which bounds the memory: each cell sums the tables at its own energy."""
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CELL, CHECK = 2e-5, 5e-5
-"""Seconds of a core for a cell of one symbol, followed and checked."""
+"""Seconds of a core per cell and symbol: to follow its orbit, and to check it."""
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the exponents of a plane, of a body that has a return map."""
+    """Compute the exponents of a plane; the body must have a return map."""
     problem = config.problem
     x, y = problem.theta2_0.values, problem.log10_J1_0.values
     theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)
@@ -38,13 +38,13 @@ def compute(config: Config, means: Means) -> Tree:
     codes = cells_of_starts(problem.routes, theta2, J1, means.arithmetic, means.jobs)
     orbits = surface(replace(problem.routes, J1_0=exact(ends[1])))
     grown, followed, allowed = _followed(orbits, theta2, J1, n, means)
-    # A growth is told of the orbit that has the established code, and of no other.
+    # The map in doubles may follow another orbit: its growth counts only with the established code.
     known = (codes.certain == n) & (followed == codes.codes).all(axis=0)
     means.report(f"{int(known.sum())} of {known.size} cells are known")
     return {
         "codes": codes.codes.reshape(n, *shape),
         "exponent": np.where(known, grown[-1] / n, np.nan).reshape(shape),
-        # Up to a power of two: some bits a cell in the file.
+        # Rounded up to a power of two, which compresses to some bits a cell in the file.
         "allowed": np.where(known, 2.0 ** np.ceil(np.log2(allowed / n)), np.nan).reshape(shape),
         "theta2_0": x,
         "log10_J1_0": y,
@@ -72,7 +72,7 @@ def _followed(
 
 
 def _tile(orbits: Surface, theta2: Array, J1: Array, n: int) -> Tree:
-    """The ln of the growth through the passages, symbols, and the last growth's rounding."""
+    """Logarithms of the growth after each passage, symbols, and the rounding of the last."""
     found = stretched(orbits, theta2, J1, n)
     codes = np.where(found.inside, found.symbols, NO_SYMBOL).astype(np.uint8)
     return {"growth": found.growth, "codes": codes, "allowed": found.allowed}
@@ -91,7 +91,7 @@ def _checked(
     problem: Problem, orbits: Surface, known: NDArray[np.bool_], starts: tuple[Array, Array]
 ) -> dict[str, Any]:
     """The growth in some cells beside that by the variational equations."""
-    # Evenly spread and not by lot: the same cells in every run.
+    # Evenly spread and not random, so that every run checks the same cells.
     count = min(problem.checked, known.size)
     cells = np.linspace(0, known.size - 1, count + 2)[1:-1].astype(int)
     some = cells[known[cells]]

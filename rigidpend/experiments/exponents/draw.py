@@ -1,4 +1,4 @@
-"""Finite-time exponents over a plane, their spread, and the check of some of them."""
+"""Finite-time exponents over a plane, their spread, and a check of some of them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from rigidpend.machine.wording import Column, Table
 SHADES = ("#cfe3f1", "#8fbfdf")
 """Colours of the spread's wider and narrower band."""
 HIGHEST = 0.99
-"""Share of the cells below the largest exponent with a colour of its own, and above the least."""
+"""Share of cells below the largest exponent of the colour scale, and above the least."""
 CHANGES = ((0.6, "white"), (0.35, "0.8"), (0.2, "0.7"))
-"""Lines along which symbols 1, 2, 3 change."""
+"""Widths and colours of the lines where symbols 1, 2, 3 change."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -54,7 +54,7 @@ def _draw_spread(axes: Axes, growth: Data) -> None:
     for k in range(middle):
         low, high = growth["exponent"][k], growth["exponent"][-1 - k]
         said = f"{100 * (shares[-1 - k] - shares[k]):.0f} % of cells"
-        # Colours of their own and not one over the other, so that the legend shows them.
+        # Opaque colours: transparent bands on top of each other would not match the legend.
         axes.fill_between(n, low, high, color=SHADES[k], lw=0, label=said)
     axes.plot(n, growth["exponent"][middle], "o-", color=plots.BLUE, ms=4, lw=1, label="median")
     axes.set_ylim(bottom=0)
@@ -77,11 +77,11 @@ def _draw_check(axes: Axes, checked: Data) -> None:
 
 
 CAPTION = (
-    "Orbits that start side by side part fastest (bright) along the lines where a symbol of their"
-    " route code changes. The exponent is the logarithm of the largest growth of a deviation"
-    " through some passages, a passage, from the derivatives of the return map, in the Euclidean"
-    " norm of (M', gamma), dimensionless, on the section at the orbit's energy. In some cells the"
-    " variational equations are integrated as well."
+    "Orbits that start side by side separate fastest (bright) along the lines where a symbol of"
+    " their route code changes. The exponent is the logarithm of the largest growth of a deviation"
+    " through some passages, divided by their number, from the derivatives of the return map, in"
+    " the Euclidean norm of (M', gamma), dimensionless, on the section at the orbit's energy. In"
+    " some cells the variational equations are integrated as well."
 )
 
 
@@ -100,4 +100,4 @@ def tables(result: Loaded) -> list[Table]:
             f" (median of {held.size} cells), by {held.max():.1g} at most."
         )
     columns = [Column("passages", growth["passages"]), *below]
-    return [Table.of("Finite-time exponents, a passage", columns, note)]
+    return [Table.of("Finite-time exponents, per passage", columns, note)]

@@ -11,11 +11,11 @@ from rigidpend.config.schema import ExperimentConfig, Numerics, Whole
 from rigidpend.machine import files
 
 MOST_SYMBOLS = 10
-"""Passages at most: beyond them roundings of doubles have grown to what is to be told."""
+"""Largest number of passages: beyond it roundings of doubles grow to the size of the result."""
 
 
 class Problem(RouteStart):
-    """A plane of initial phases and actions, and through how many passages deviations grow."""
+    """A plane of initial phases and actions, and the number of passages of a deviation."""
 
     theta2_0: Axis
     """Initial phases, radians."""

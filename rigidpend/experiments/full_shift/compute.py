@@ -43,10 +43,10 @@ FURTHER = (
     " is that of one orbit from T1 to T2, and of only one",
 )
 """Sentences of Theorems 3, 4 and 8, which may be undecided where Theorems 1 and 2 are proven."""
-OF_ENERGIES = "all of this of every energy that differs from h by at most {1!r}"
+OF_ENERGIES = "all of this holds for every energy that differs from h by at most {1!r}"
 OF_ONE_J2 = (
-    "all of this of every energy that differs from h0 + {0!r} by at most {1!r}, but the starts"
-    " are those of one J2_0 = sqrt(2 h0/kappa), which have these energies"
+    "all of this holds for every energy that differs from h0 + {0!r} by at most {1!r}, but the"
+    " starts are those of one J2_0 = sqrt(2 h0/kappa), which have these energies"
 )
 
 
@@ -180,7 +180,7 @@ def checked(config: Config, data: Data) -> Proven:
     links = list(zip([starts, *before], orbits[len(sets) :], strict=True))
     start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)
     if tuple(symbols) != _asked(config):
-        raise Undecided("the symbols of the approach are others than its config asks for")
+        raise Undecided("the symbols of the approach differ from those that its config asks for")
     # Theorems 1 and 2 are proven here: a doubt on a further one is noted, and does not end the
     # check. With an approach nothing is claimed of how many starts have a code: no C7 of the line.
     cones = [*itertools.chain(*relations), *([] if before else crossed)]
@@ -224,7 +224,7 @@ def _of_starts(proven: Proven) -> str:
     every = "every one-sided sequence is a start's code"
     if proven.theta2 is None:
         return f"the line of starts crosses the upward sets: {every}"
-    word, starts = "".join(map(str, proven.symbols)), sections.told(*proven.theta2)
+    word, starts = "".join(map(str, proven.symbols)), sections.words_on_phases(*proven.theta2)
     after = f"crosses the sets after the symbols {word}: {every} behind these"
     return f"a line of starts with {starts} {after}"
 

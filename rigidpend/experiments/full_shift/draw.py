@@ -6,8 +6,10 @@ thin. The tables list the covering relations, each with the margins by which it 
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,8 @@ COLOUR = (BLUE, RED)
 """Colours of symbols 0 and 1."""
 ROOM = 1.25
 """Size of a magnified panel over that of the strips in it."""
+DOWN = Context(40, ROUND_FLOOR)
+"""Numbers of 40 digits, rounded down."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -100,16 +104,16 @@ def _middle(outline: Array, sides: int, first: int) -> Array:
 
 
 CAPTION = (
-    "Each image, a pale strip, crosses all sets of its panel, the full ones, from end to end, as"
-    " in a horseshoe. The sets lie on the section J1 = J2/2, of upward and of downward"
-    " crossings, and the images are those after one passage. That they cross is proven, and from"
-    " it follows that every sequence of 0 and 1 is the route code of an orbit in the sets (each"
-    " sequence of sets that of one alone where C7 holds), and every periodic one that of a closed"
-    " orbit. A line of starts of one J1_0 crosses those of a section too: every one-sided sequence"
-    " is the code of one of them, behind that of its approach; where C8 holds every finite sequence"
-    " is that of an orbit from the lower periodic orbit to the upper or the lower one, and of one"
-    " from the upper one. What looks like a line in the upper panels is a set: below, one"
-    " crossing is magnified."
+    "Each image (pale strip) crosses all sets (full strips) of its panel from end to end, as in a"
+    " horseshoe. The sets lie on the section J1 = J2/2, at upward and at downward crossings, and"
+    " the images are those after one passage. It is proven that they cross. So every sequence of 0"
+    " and 1 is the route code of an orbit in the sets, and every periodic sequence that of a closed"
+    " orbit; where C7 holds, each sequence of sets has one orbit only. A line of starts with one"
+    " J1_0 crosses the sets of a section too: every one-sided sequence is the code of one of these"
+    " starts, after the symbols of its approach. Where C8 holds, every finite sequence is the code"
+    " of an orbit from the lower periodic orbit to the upper or the lower one, and of one from the"
+    " upper one. What looks like a line in the upper panels is a set: below, one crossing is"
+    " magnified."
 )
 
 
@@ -135,8 +139,9 @@ def tables(result: Loaded) -> list[Table]:
             "A relation needs more than 1 and less than 1. The stretch is |dU/du| - |dU/dv|, the"
             " squeeze |dV/du| + |dV/dv|: more than 1 and less than 1 make the orbit of a sequence"
             " the only one in the sets. The line of starts, with theta2_0 from"
-            f" {line['theta2'][0]:.5f} to {line['theta2'][1]:.5f}, crosses those of a section"
-            f" too{_behind(data)}: {_more(min(line['edge']))}, {_less(max(line['across']))};"
+            f" {_below(line['theta2'][0], 6)} to {_above(line['theta2'][1], 6)}, crosses those of"
+            f" a section too{_behind(data)}: {_more(min(line['edge']))},"
+            f" {_less(max(line['across']))};"
             f" stretch {_more(min(line['stretch']))}, squeeze {_less(max(line['squeeze']))}.",
         ),
         Table.of(
@@ -171,13 +176,22 @@ def _less(x: float) -> str:
 
 def entropy(sets: Data) -> float:
     """The lower bound s of Theorem 10 on the entropy a unit of t', by the longest passages."""
-    # The sum falls as s grows: bisection, in doubles, ends at the last s where it exceeds 1.
+    # A sum that falls as s grows: bisection ends at an s where more than 1 of it is certain.
     low, high = 0.0, 1.0
     while low < (middle := (low + high) / 2) < high:
-        weights = np.exp(-middle * sets["longest"])
-        total = weights[sets["rising"]].sum() * weights[~sets["rising"]].sum()
-        low, high = (middle, high) if total > 1 else (low, middle)
+        weights = [_weight(middle, float(time)) for time in sets["longest"]]
+        total = [
+            functools.reduce(DOWN.add, itertools.compress(weights, of))
+            for of in (sets["rising"], ~sets["rising"])
+        ]
+        low, high = (middle, high) if DOWN.multiply(*total) > 1 else (low, middle)
     return low
+
+
+def _weight(s: float, time: float) -> Decimal:
+    """A lower bound on exp(-s time)."""
+    # The exponential is rounded to the nearest number, whatever the context says.
+    return DOWN.next_minus(DOWN.exp(DOWN.multiply(Decimal(-s), Decimal(time))))
 
 
 def _behind(data: Data) -> str:
@@ -194,7 +208,7 @@ def _energies(result: Loaded) -> str:
         return ""
     middle = "h" if given.get("h") is not None else f"h0 + {float(found['shift'])!r}"
     return (
-        f" All of this is of every energy that differs from {middle} by at most"
+        f" All of this holds for every energy that differs from {middle} by at most"
         f" {float(found['spread'])!r}, with sets that move with it; drawn are those of the middle."
     )
 

@@ -23,13 +23,13 @@ class Problem(HeavyBody):
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
     half_turns: Auto[Annotated[Whole, Field(ge=1, le=100)]] = None
-    """Half rotations of every passage, by which sets are smaller; searched unless given."""
+    """Half rotations of every passage; with more, sets are smaller. Searched unless given."""
     lengths: Annotated[Whole, Field(ge=1, le=4)] = 1
-    """Numbers of half rotations of each symbol: half_turns, 2 more, and so on, a set of each."""
+    """Number of sets of each symbol: with half_turns half rotations, with 2 more, and so on."""
     approach: Auto[str] = None
-    """Address of an orbit of h0 whose last crossing lies between the sets: passages before them."""
+    """Address of an orbit of h0 whose last crossing lies between the sets: starts come along it."""
     around: Number = exact(0)
-    """Share by which h may differ, dimensionless: one proof is of all these energies."""
+    """Share by which h may differ, dimensionless: one proof holds for all these energies."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:
@@ -37,13 +37,17 @@ class Problem(HeavyBody):
             raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
         name, level = ("h", self.h) if self.h is not None else ("h0", self.h0)
         if level is None or (self.h is not None and self.h0 is not None):
-            raise ParameterError("h", "either h or h0 is wanted")
+            raise ParameterError("h", "give either h or h0")
         check_energy(name, level, self.mu)
         if self.h0 is not None and float(self.around):
-            raise ParameterError("around", "with h0 the energies are those of the line")
+            raise ParameterError(
+                "around", "give it with h, not with h0: there the energies are those of the line"
+            )
         if self.approach is not None:
             if self.h0 is None:
-                raise ParameterError("approach", "an approach is of starts of one h0")
+                raise ParameterError(
+                    "approach", "an approach needs h0: it belongs to starts with one h0"
+                )
             from rigidpend.routes.symbolic.address import AddressError, parsed
 
             try:
@@ -51,10 +55,10 @@ class Problem(HeavyBody):
             except AddressError as error:
                 raise ParameterError("approach", str(error)) from None
         if not 0 <= float(self.around) < 0.1:
-            said = f"a number from 0 to less than 0.1 is wanted, got {self.around}"
+            said = f"expected a number from 0 to less than 0.1, got {self.around}"
             raise ParameterError("around", said)
         if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
-            said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"
+            said = f"expected a decimal or fraction between 0 and 0.001, got {self.J1_0}"
             raise ParameterError("J1_0", said)
         return self
 

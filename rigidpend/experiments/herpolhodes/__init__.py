@@ -14,20 +14,21 @@ from rigidpend.experiments.shared import MEANING, crossing_tolerance
 GROWTH = 10.0
 """Allowed growth of the distance of two orbits from one crossing to the next.
 
-Between builds and engines they were, in t', up to 6e-15 and 4e-10 apart at the first two
+Between builds and engines orbits were, in t', up to 6e-15 and 4e-10 apart at the first two
 crossings and 1e-6 at the sixth."""
 
 
 def _apart(stored: Data) -> Any:
-    """The time by which two orbits may be apart: little at first, more behind each passage."""
+    """Allowed time difference of two orbits: little at first, more after each passage."""
     return crossing_tolerance(stored["crossing_time"].size + 1, GROWTH)[:, 0]
 
 
 def _moved(name: str, stored: Data, fresh: Data) -> Any:
-    """A field changes by its largest slope at most, in the time by which orbits are apart."""
+    """Bound of a sampled field: its largest slope times the allowed time difference."""
     values, t = np.asarray(stored[name]), stored["t"]
-    # A sample may be as far off as the next crossing; the last ones, too, have a next one.
+    # A sample may differ as much as the next crossing; one more crossing follows the last samples.
     of_sample = _apart(stored)[np.searchsorted(stored["crossing_time"], t)]
+    # The samples are evenly spaced by t[1]: the largest difference over it is the largest slope.
     allowed = 1e-12 + of_sample * np.abs(np.diff(values, axis=0)).max() / t[1]
     return allowed.reshape(-1, *(1,) * (values.ndim - 1))
 
@@ -41,7 +42,7 @@ _crossing = partial(
 
 ALPHA = _sample("rad", "angle of omega's horizontal part from eta, by (th_al)", symbol=r"$\alpha$")
 CASE = {
-    # Of the samples along the orbit, in doubles.
+    # Samples along the orbit, in doubles.
     "t": _sample(
         "t' = t s",
         "times of the samples, s = sqrt((A1 - A2)/(A1 A2))",
@@ -58,7 +59,7 @@ CASE = {
         "samples",
         3,
     ),
-    # Of the route that it is to follow, decided beforehand, and of how well it does.
+    # The route, decided before the samples are made, and their agreement with it.
     "theta2_0": double("rad", "initial phase", within=_CLOSED),
     "codes": whole("1", "symbols of the route: 0 left, 1 right, 255 none (no return)", "symbols"),
     "certain": MEANING["certain"]._replace(dimensions=("symbols",), within=0.0),

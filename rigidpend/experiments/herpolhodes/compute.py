@@ -18,7 +18,7 @@ from rigidpend.routes.problem import rotation_period
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the orbit of every case of a config, if its route is certain and is kept to."""
+    """Compute the orbit of every case; its route must be certain, and the samples on it."""
     groups: dict[str, Tree] = {}
     for name, case in config.problem.cases.items():
         routes = _routes(config, case, means)
@@ -30,7 +30,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
-    # In more bits than the samples have: what its crossings err by is told as the samples' error.
+    # In more bits than the samples, so that their distance at crossings is the samples' error.
     finer = tuple(bits for bits in means.arithmetic.precisions if bits > 53)
     arithmetic = means.arithmetic._replace(precisions=finer or means.arithmetic.precisions)
     found = codes_of(config.problem.routes, [case.theta2_0], arithmetic, means.jobs)
@@ -49,7 +49,7 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
         engine=means.arithmetic.engine,
         tolerance=means.arithmetic.tolerance,
     )
-    # The route may have been decided in more bits: samples in doubles must not tell another one.
+    # The route may have been decided in more bits; samples in doubles might follow another one.
     if not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
         raise ArithmeticError(f"theta2_0 = {theta2_0}: the orbit in doubles leaves the route")
     return orbit
@@ -58,7 +58,7 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
 def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
     sampled, angles = samples(problem.body, orbit.t, orbit.states), problem.body.angles()
-    # The first sample, and the one closest to the vertex behind `n_wound` separatrices.
+    # The first sample, and the sample closest to the vertex after `n_wound` separatrices.
     crossings = routes.crossing_time[problem.n_wound - 1 : problem.n_wound + 1, 0]
     before, after = np.searchsorted(orbit.t, crossings)
     closest = before + np.argmax(np.abs(sampled.J1_over_J2[before:after] - 0.5))

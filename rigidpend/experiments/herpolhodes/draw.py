@@ -45,7 +45,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _parts(case: Data) -> Iterator[tuple[int, Any]]:
-    """Each separatrix of the route with its samples: up to halfway between crossings."""
+    """Each separatrix of the route with its samples, which end halfway between crossings."""
     crossing, t = case["crossing_time"], case["t"]
     bounds = np.concatenate((t[:1], (crossing[:-1] + crossing[1:]) / 2, t[-1:]))
     for i, (start, end) in zip(case["separatrix"], pairwise(bounds), strict=True):
@@ -89,7 +89,7 @@ def _ends(axes: Axes, case: Data) -> None:
     """Mark and name the vertices between which the curve runs."""
     first, last = case["wound"]
     passed = int((case["crossing_time"] < case["t"][last]).sum())
-    # The route names two vertices for each separatrix: where it begins, and where it ends.
+    # The route names the vertices at which each separatrix begins and ends.
     names = case["route"].split("-")
     outward = 1 if case["omega"][last, 2] > case["omega"][first, 2] else -1
     for k, name, marker, side in (
@@ -145,12 +145,12 @@ INCREMENT = "0.057715"
 def tables(result: Loaded) -> list[Table]:
     """Tables of routes and plateaus, printed values where the paper has the case."""
     cases = list(result["data"].values())
-    # The keys are the paper's phases as doubles, and so are those of its config.
+    # The paper's phases serve as keys: rounded to doubles they equal those of the config.
     published = ROUTES if result["attributes"].get("figure") == FIGURE else {}
     phases = [float(case["theta2_0"]) for case in cases]
     phase = Column("theta2_0", phases, "g")
     told = ["all symbols" if case["certain"].all() else "not all symbols" for case in cases]
-    # Rounded first, so that no zero bears a sign.
+    # Rounded first and added to 0.0, so that no zero has a minus sign.
     levels = [", ".join(f"{round(x, 4) + 0.0:.4f}" for x in case["plateaus"]) for case in cases]
     gains = [case["plateaus"][1] - case["plateaus"][0] for case in cases]
     return [

@@ -22,7 +22,7 @@ class Problem(RouteStart):
     """Named orbits with theta3_0 = 0."""
 
     n_symbols: Annotated[Whole, Field(ge=1, le=50)] = 5
-    """Number of symbols: turns from a separatrix to the next on each route, at most 50."""
+    """Number of symbols, that is of turns from one separatrix to the next, at most 50."""
     n_wound: Annotated[Whole, Field(ge=1)] = 3
     """Number of separatrices along the curve (omega_zeta, omega_xi), n_symbols at most."""
     cases: Annotated[dict[Word, HerpolhodeCase], Field(min_length=1, max_length=4)]

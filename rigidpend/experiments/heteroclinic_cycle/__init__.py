@@ -6,7 +6,7 @@ from rigidpend.experiments.compare import ROUNDING
 from rigidpend.experiments.data import Layout, double, flag, held, text, whole
 
 START = 2
-"""Separatrix of the start; the rectangles on its two sides are called left and right."""
+"""Separatrix at the start; the rectangles on its two sides are called left and right."""
 
 GROUPS = {
     "vertices": {

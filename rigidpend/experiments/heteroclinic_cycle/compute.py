@@ -21,13 +21,13 @@ def compute(config: Config, means: Means) -> Tree:
     """Compute the graph of a config's body: vertices, edges and the two rectangles."""
     body = config.problem.body
     theta1 = separatrix_theta1(body.alpha0, body.beta0)
-    # The window is 4 pi wide, so that its right edge is its left one once more.
+    # The window is 4 pi wide: its right edge is the same separatrix as its left edge.
     numbers, places = [*SEPARATRICES, SEPARATRICES[0]], [*theta1, theta1[0] + 2 * TURN]
     again = [k == len(SEPARATRICES) for k in range(len(numbers))]
     vertical = [_separatrix_edge(*one) for one in zip(numbers, places, again, strict=True)]
     edges = [*vertical, *(_turn_edge(turn, theta1) for turn in TURNS)]
     means.report(f"{len(SEPARATRICES)} separatrices, {len(TURNS)} turns")
-    # The two turns behind the first separatrix: what they span are the paper's two rectangles.
+    # The two turns after the first separatrix span the paper's two rectangles.
     sides = [edge for edge in edges if edge["from"] == _label(START, 1.0)]
     sides.sort(key=lambda edge: edge["symbol"])
     return {
@@ -55,14 +55,14 @@ def _rises(number: int) -> bool:
 
 
 def _edge(start: str, end: str, theta1: Any, J1: Any, symbol: int, again: bool) -> dict[str, Any]:
-    """An edge as it is drawn, within one window of 4 pi, by the names of its fields."""
+    """The fields of an edge as it is drawn, within one window of 4 pi."""
     return dict(
         zip(GROUPS["edges"], (start, end, theta1, J1, np.uint8(symbol), again), strict=True)
     )
 
 
 def _separatrix_edge(number: int, place: float, again: bool) -> dict[str, Any]:
-    """Vertical edge of a separatrix, in the flow's sense."""
+    """Vertical edge of a separatrix, in the direction of the flow."""
     J1 = (0.0, 1.0) if _rises(number) else (1.0, 0.0)
     start, end = (_label(number, x) for x in J1)
     return _edge(start, end, (place, place), J1, NO_SYMBOL, again)
@@ -74,7 +74,7 @@ def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> dict[str, Any]:
     J1 = 1.0 if _rises(arriving) else 0.0
     begin, end = float(theta1[arriving - 1]), float(theta1[leaving - 1])
     if (end > begin) != bool(symbol):
-        # The way leads through the window's end, where the lower one is once more.
+        # The turn leaves the window: its lower end is drawn again 4 pi further.
         begin, end = (x + 2 * TURN if x == min(begin, end) else x for x in (begin, end))
     labels = (_label(arriving, J1), _label(leaving, J1))
     return _edge(*labels, (begin, end), (J1, J1), symbol, False)

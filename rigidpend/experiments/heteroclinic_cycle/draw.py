@@ -24,9 +24,9 @@ LOOKS: dict[int, dict[str, Any]] = {
 }
 """Looks of edges by symbol; `NO_SYMBOL` is that of the separatrices."""
 NARROW = 1.8
-"""Width, in radians, below which a rectangle bears its name upright."""
+"""Width, in radians, below which the name of a rectangle is written vertically."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
-"""Colours of the rectangles, pale ones of their symbols'."""
+"""Colours of the rectangles: pale versions of their symbols' colours."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -56,7 +56,7 @@ def _draw_edges(axes: Axes, edges: Any) -> None:
         look = LOOKS[symbol]
         start, end = zip(edges["theta1"][:, k], edges["J1"][:, k], strict=True)
         colour = "0.6" if edges["again"][k] else look["color"]
-        # Its ends leave room for the vertices.
+        # The ends of the arrow leave room for the vertices.
         path = arrow(
             axes, start, end, arrowstyle="-|>,head_width=0.3,head_length=0.6", lw=1.8,
             mutation_scale=12, shrinkA=9, shrinkB=9, color=colour, ls=look["ls"],
@@ -89,14 +89,14 @@ def _name_axes(axes: Axes, vertices: Any) -> None:
 
 CAPTION = (
     "At the end of each separatrix, 1 to 4, a body with a weight turns to the left or to the"
-    " right, symbol 0 or 1, and so on along the next: this graph is the alphabet of the route"
+    " right, symbol 0 or 1, and follows the next one: this graph is the alphabet of the route"
     " codes. Its vertices are the two rotations about the middle axis, in the plane of theta1 and"
     " J1/J2."
 )
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Table of the separatrices' places, and of the turns with their symbols."""
+    """Table of the separatrices' places, and a table of the turns with their symbols."""
     vertices, edges = result["data"]["vertices"], result["data"]["edges"]
     once = ~vertices["again"]
 

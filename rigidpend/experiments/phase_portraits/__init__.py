@@ -9,7 +9,7 @@ import numpy as np
 from rigidpend.experiments.compare import ROUNDING, where
 from rigidpend.experiments.data import FLOAT, Field, Layout, double, flag, held, whole
 
-# On the outline rounding decides what is visible.
+# On the outline of the sphere rounding decides whether a point is visible.
 _OFF_OUTLINE = where(lambda stored, fresh: np.abs(stored["projected"][2]) > ROUNDING)
 
 

@@ -64,7 +64,7 @@ def view_axes(view: Any) -> Array:
 
 
 def _separatrices(n: int, body: Body, axes: Array) -> dict[str, Any]:
-    """Separatrices from pole to pole; theta1 is not defined there, but its limit is."""
+    """Separatrices from pole to pole; at the poles theta1 is not defined, and its limit is used."""
     phi = np.linspace(-TURN / 4, TURN / 4, n)
     M = [free_body.half_circle(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
     points = np.concatenate(M, axis=1)
@@ -75,16 +75,16 @@ def _separatrices(n: int, body: Body, axes: Array) -> dict[str, Any]:
 def _group(
     points: Array, n: int, body: Body, axes: Array, plane: tuple[Array, Array] | None = None
 ) -> dict[str, Any]:
-    """Curves of n points each, one after the other; theta1 and J1/J2 as given or as they follow."""
-    # Cut at separatrix 1, which no orbit crosses: none falls apart at the edge of the window.
+    """Curves of n points each, one after the other; theta1 and J1/J2 as given, or from M."""
+    # The window of theta1 begins at separatrix 1, which no orbit crosses, so that it cuts none.
     start = body.beta0 - body.alpha0
     theta1, J1 = free_body.in_plane(points, body.beta0, start) if plane is None else plane
     projected, free = axes @ points, body.angles()._replace(mu=0.0)
     begins = np.arange(0, points.shape[1], n)
-    # The energy of a curve, at its middle: at the poles, where separatrices end, theta1 is a limit.
+    # The energy is taken at the middle of a curve: theta1 is undefined at the poles, its ends.
     middle = begins + n // 2
     energy = hamiltonian_J3_0(J1[middle], 1.0, (theta1[middle], 0.0), free, np)
-    # A curve of one point bears no arrow; others a quarter and three quarters along.
+    # Arrows a quarter and three quarters along each curve; a curve of one point has none.
     arrows = np.ravel([begins + part * n // 4 for part in (1, 3)]) if n > 1 else begins[:0]
     return {
         "points": points,

@@ -19,7 +19,7 @@ SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 
 
 PALE = {plots.PINK: "#EFD6E4", plots.GREEN: "#B3DDD0", plots.BLUE: "#A3CBE3", plots.RED: "#F1C09C"}
-"""Colour of a line where it is hidden, by its own."""
+"""Colour of the hidden part of a line, by the colour of the line."""
 ORBITS: dict[int, dict[str, Any]] = {
     1: {"color": plots.PINK, "lw": 0.9, "label": r"orbits around $\pm M_1$"},
     2: {"color": plots.GREEN, "lw": 0.9, "label": r"orbits around $\pm M_2$"},
@@ -37,7 +37,7 @@ class Curve(NamedTuple):
     """Number of the separatrix; 0 for an orbit."""
     look: dict[str, Any]
     arrows: Any
-    """Indices of the points that bear an arrow."""
+    """Indices of the points with an arrow."""
     projected: Any
     visible: Any
     theta1: Any
@@ -45,9 +45,9 @@ class Curve(NamedTuple):
 
 
 def all_curves(data: Data) -> list[Curve]:
-    """Cut every orbit from the flat arrays, then the separatrices, which lie above."""
+    """Cut every orbit from the flat arrays, then the separatrices, which are drawn above."""
     orbits, separatrices = data["orbits"], data["separatrices"]
-    # Those on one circle look alike.
+    # Orbits around one axis look alike.
     looks = [(0, ORBITS[axis]) for axis in orbits["around"].tolist()]
     numbered = [(i, FALLING if i % 2 else RISING) for i in separatrices["number"].tolist()]
     found = []
@@ -87,12 +87,12 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
             _name_separatrix(axes, curve)
     _draw_centres(axes, data["centres"])
     _draw_axes(axes, data["sphere"])
-    # More room to the right and above, where the names of the axes are.
+    # More room to the right and above, for the names of the axes.
     axes.set(xlim=(-1.12, 1.5), ylim=(-1.05, 1.52))
 
 
 def _name_separatrix(axes: Axes, curve: Curve) -> None:
-    """Write the number at the middle of a separatrix, pale where that is hidden."""
+    """Write the number of a separatrix at its middle, in the pale colour if that is hidden."""
     middle = len(curve.visible) // 2
     seen, (x, y, _) = curve.visible[middle], curve.projected[:, middle]
     own = curve.look["color"]
@@ -115,7 +115,7 @@ def _draw_axes(axes: Axes, sphere: Any) -> None:
         foot, tip = sphere["axis_feet"][:, i], sphere["axis_tips"][:2, i]
         drawn = plots.arrow(axes, foot[:2], tip, lw=0.9, color="black", shrinkA=0, shrinkB=0)
         drawn.set_zorder(6 if foot[2] >= 0 else 0)
-        # The name stands on the far side of the tip, away from the arrow.
+        # The name goes beyond the tip, away from the arrow.
         side = ("left" if tip[0] > foot[0] else "right", "bottom" if tip[1] > foot[1] else "top")
         text = axes.text(tip[0], tip[1], f"$M_{i + 1}$", ha=side[0], va=side[1], fontsize=9)
         text.set(zorder=6, bbox={"boxstyle": "square,pad=0.05", "fc": "white", "lw": 0})
@@ -140,7 +140,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
 def _draw_segment(axes: Axes, theta1: float, curve: Curve) -> None:
     """Draw a separatrix at its place, or 4 pi further."""
     look, x = curve.look, np.full_like(curve.J1, theta1)
-    # The outer ones lie on the edges, which would cut off half of their width.
+    # The outer ones lie on the edges of the panel; clipping would halve their width.
     axes.plot(x, curve.J1, **look, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
     said: dict[str, Any] = {"ha": "center", "color": look["color"], "weight": "bold"}
@@ -165,7 +165,7 @@ CAPTION = (
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Table of the orbits by height, and one of the separatrices."""
+    """Table of the orbits by height, and a table of the separatrices."""
     orbits, separatrices = result["data"]["orbits"], result["data"]["separatrices"]
     kinds = np.stack((orbits["around"], orbits["height"]))
     (around, heights), first, counts = np.unique(

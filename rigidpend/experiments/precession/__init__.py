@@ -10,19 +10,19 @@ from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, flag,
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
 UNCERTAINTY = 1e-13
-"""Allowed uncertainty of an increment, relative to the largest of its body.
+"""Error of an increment by the rounding of integration, relative to the largest of its body.
 
-It is the integration's rounding over some hundred steps."""
+It comes from some hundred steps."""
 DECLARED = 1e-12
-"""The largest error of an increment, relative to the largest of its body.
+"""The largest admitted error of an increment, relative to the largest of its body.
 
-It is `UNCERTAINTY`, and what the quadrature adds where mu is a tenth of h0, 3e-13 as measured."""
+It covers `UNCERTAINTY` and the error of the quadrature, measured as 3e-13 at mu = h0/10."""
 SLOPE = 1e-3
 """Allowed difference of fitted slopes."""
 
 
 def _increments(name: str, stored: Data, fresh: Data) -> Any:
-    """Increments differ by the error that the stored result states and the one declared of any."""
+    """Bound of increments: the error that the stored result states, plus the declared one."""
     error = stored["error"] + DECLARED * stored["unit"]
     return error.reshape(*error.shape, *(1,) * (stored[name].ndim - error.ndim))
 
@@ -33,7 +33,7 @@ _each, _separatrices = (
 )
 _slope = partial(Field, FLOAT, ("bodies", 4), "1", gaps=True, within=SLOPE)
 
-# Separatrices are 1, 2, 3, 4.
+# The dimension of 4 stands for the separatrices 1, 2, 3, 4.
 BODIES = {
     "alpha0": _angle("(bodies,): angle of each body"),
     "beta0": _angle("(bodies,): angle of the centre of gravity"),

@@ -46,7 +46,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         "remainder": np.abs(gained - first[:, None]).max(axis=1),
         "mean_remainder": np.abs(mean - first),
     }
-    # A remainder known to SLOPE of itself leaves the slope about as uncertain.
+    # A remainder with a relative error of SLOPE leaves about that error in the slope.
     slope, mean_slope = (
         np.array([shared.slope(ratio, values, error / SLOPE) for values in rest.T])
         for rest in rests.values()
@@ -69,7 +69,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
 
 
 def _increments(name: str, body: Body, h0: Exact, means: Means) -> heteroclinic.Increments:
-    """Increments of a body at one mu; ArithmeticError says of which body where there are none."""
+    """Increments of a body at one mu; ArithmeticError, naming the body, if they cannot be found."""
     try:
         return heteroclinic.increments(body, h0, means.arithmetic)
     except ArithmeticError as error:
@@ -78,7 +78,7 @@ def _increments(name: str, body: Body, h0: Exact, means: Means) -> heteroclinic.
 
 
 def uncertainty(found: heteroclinic.Increments, unit: float) -> float:
-    """Error of a body's increments: the quadrature's, and rounding, of which it knows nothing."""
+    """Error of a body's increments: the quadrature's own estimate, and rounding on top."""
     return float(found.error.max()) + UNCERTAINTY * unit
 
 
@@ -92,8 +92,8 @@ def unit_of(body: Body, h0: float) -> float:
 def in_order(gained: Array, error: float, groups: Iterable[Iterable[int]]) -> bool:
     """True if the increments of 1, 2, 3, 4 stand in the order of a regime.
 
-    They are equal inside a group, but for twice an error, and less than in the group before;
-    number 0 is no increment.
+    Inside a group they are equal to within twice the error, and less than in the group before;
+    number 0 stands for an increment of zero.
     """
     with_zero = np.array([0.0, *gained])
     sorted_groups = [with_zero[list(group)] for group in groups]

@@ -37,7 +37,7 @@ REST = (
     ("remainder", 0, 2, "separatrices 1 and 3"),
     ("mean_remainder", 1, 3, "2 and 4, mean of the two orbits"),
 )
-"""Drawn of the remainders: field, separatrix from 0, power of mu, title."""
+"""Panels of the remainders: field, separatrix counted from 0, power of mu, title."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -61,7 +61,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _draw_orders(axes: Axes, data: Data) -> None:
-    """Draw the increments in units of the largest there is: bodies side by side."""
+    """Draw the increments in units of the largest, body beside body."""
     bodies, drawn = data["bodies"], int(data["drawn"])
     unit = bodies["unit"][:, drawn]
     first = bodies["first_order"][:, drawn] / unit[:, None]
@@ -94,7 +94,7 @@ def _draw_orders(axes: Axes, data: Data) -> None:
 
 
 def _about(bodies: Data, row: int) -> str:
-    """Write the regime of a body below its column: its angles and the order."""
+    """Text below a body's column: its regime, angles and order."""
     order = str(bodies["regime"][row]).replace(" ", "").replace("=", " = ").replace(">", " > ")
     angles = rf"$\alpha_0 = {bodies['alpha0'][row]:.2f}$, $\beta_0 = {bodies['beta0'][row]:.2f}$"
     return f"{bodies['name'][row]})  {order}\n{angles}"
@@ -107,12 +107,12 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     for one, look in zip(values, cycle(BODIES), strict=False):
         axes.loglog(ratios, one, **look)
     low, high = ratios[0], ratios[-1]
-    # Above the curves, so that nothing but its slope is read.
+    # The guide line is above the curves: only its slope has a meaning.
     guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
     axes.plot([low, high], guide, color="black", lw=0.7)
     axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
     axes.set_xlabel(plots.axis_label(MU_OVER_H0))
-    # Of bodies without an increment what is seen is rounding.
+    # The curves of bodies whose increment is zero show rounding only.
     gone = ~np.isfinite(bodies["slope"][:, separatrix])
     if gone.any():
         names = ", ".join(bodies["name"][gone])
@@ -121,7 +121,7 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
 
 
 CAPTION = (
-    "What theta3 gains along a separatrix is close to the first order (tri1), in each of the"
+    "The gain of theta3 along a separatrix is close to the first order (tri1), in each of the"
     " regimes of (trieq): the filled marks lie in the open ones. What the first order leaves out"
     " falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
 )
@@ -132,7 +132,7 @@ def tables(result: Loaded) -> list[Table]:
     data = result["data"]
     bodies, drawn = data["bodies"], int(data["drawn"])
     name = Column("body", bodies["name"])
-    # A zero is added, so that none bears a sign.
+    # Adding 0.0 removes the sign of a negative zero.
     gained = bodies["gained"].mean(axis=2)[:, drawn].T + 0.0
     pairs = list(zip(gained, bodies["first_order"][:, drawn].T + 0.0, strict=True))
     both = [[f"{x:.6f} ({y:.6f})" for x, y in zip(*pair, strict=True)] for pair in pairs]
@@ -157,6 +157,6 @@ def tables(result: Loaded) -> list[Table]:
 
 
 def _range(slopes: Array) -> str:
-    """Least and largest of some slopes; those of mere rounding are left out."""
+    """Least and largest of some slopes, without NaN, which marks mere rounding."""
     known = slopes[np.isfinite(slopes)]
     return f"{known.min():.3f} to {known.max():.3f}" if known.size else "rounding"

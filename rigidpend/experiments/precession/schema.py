@@ -14,7 +14,7 @@ class Problem(WeightedBodies):
     """Heteroclinic orbits of all separatrices, each integrated from end to end."""
 
     drawn: Number
-    """Weight mu, physical, at which increments are shown beside the first order; of the list."""
+    """Weight at which increments are shown beside the first order, one of mu; physical units."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:

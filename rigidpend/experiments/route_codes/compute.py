@@ -27,17 +27,17 @@ from rigidpend.surfaces import melnikov
 BEGIN = 0.3
 """Seconds of a whole run besides its orbits."""
 MAPPED, FEWEST_MAPPED = 65_536, 800
-"""Columns at a time where return maps serve, and the fewest of a part that is made so long."""
+"""Columns in a part computed by return maps, and the least `at_once` that leads to such parts."""
 PART = 2.0
-"""Seconds on one core that columns take which are kept together if a run is interrupted."""
+"""Seconds on one core for a part, the columns that are stored together for an interrupted run."""
 LANES = 8
-"""Columns that are carried at once at least: fewer would leave the processor's lanes empty."""
+"""Least number of columns computed at once: fewer would leave SIMD lanes empty."""
 SLOW = 10.0
-"""Seconds from which on a column is carried alone, for it climbs to where there are no lanes."""
+"""Seconds of a column above which it is computed alone: in high precisions there are no lanes."""
 SHOWN = 5
-"""Orbits that are named in a line."""
+"""Largest number of orbits that a line of progress names."""
 LONG = 200
-"""Rotations from which on passages are said to be long, before they begin."""
+"""Rotations in a passage above which a line on long passages precedes the computation."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -56,21 +56,21 @@ def compute(config: Config, means: Means) -> Tree:
         routes = _in_parts(name, grid.phases, config, means)
         means.report(f"{name}: {_summary(routes)}")
         groups[name] = {**routes._asdict(), "melnikov_zeros": zeros}
-        # What maps decided is told where there was a choice.
+        # The field is stored only if maps decided some orbits.
         if not routes.by_map.any():
             del groups[name]["by_map"]
     return groups
 
 
 def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
-    """Compute the routes of all phases in parts of some seconds, by what the last one took."""
+    """Compute the routes of all phases in parts of some seconds, sized by the time of the last."""
     found: list[RouteCodes] = []
     first, seconds = 0, column_cost(config, len(phases))
     mapped = at_stake(config.problem.routes, len(phases), means.arithmetic.precisions)
     while first < len(phases):
         fewest = LANES if seconds < SLOW else 1
         at_once = max(fewest * means.jobs, int(PART * means.jobs / seconds))
-        # Maps serve many columns at once. Where a column is slow parts stay short, maps or not.
+        # Maps compute many columns at once; but if columns are slow, parts stay short.
         if mapped and at_once >= FEWEST_MAPPED:
             at_once = max(at_once, MAPPED)
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
@@ -80,10 +80,10 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
         begun = time.perf_counter()
         work = partial(_part, columns, len(phases), config, means)
         found.append(RouteCodes(**means.part(f"{name}.{first:08d}", work)))
-        # A part that was kept may be of another size.
+        # A part that an earlier run stored may have another size.
         count = len(found[-1].bits)
         took = (time.perf_counter() - begun) * means.jobs / count
-        # No part is more than four times as long as the last: a few columns may be easy.
+        # Parts grow at most fourfold: the columns of the last one may have been exceptionally easy.
         first, seconds = first + count, max(took, seconds / 4)
     return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
 
@@ -95,13 +95,13 @@ def cost(config: Config) -> float:
 
 
 def column_cost(config: Config, columns: int) -> float:
-    """Estimate of the seconds of a core that each of so many columns of an array takes."""
+    """Estimate of the seconds of a core for each column of an array with this many."""
     routes, precisions = config.problem.routes, config.numerics.precisions
     return expected_seconds(routes, columns, precisions) / columns
 
 
 def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tree:
-    """Routes of some columns of an array of so many."""
+    """Routes of some columns of an array of `of` columns."""
     routes, arithmetic = config.problem.routes, means.arithmetic
     return codes_of(routes, phases, arithmetic, means.jobs, of=of)._asdict()
 
@@ -115,7 +115,7 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
 def _summary(routes: RouteCodes) -> str:
     n, uncertain = routes.bits.size, int((~routes.certain).sum())
     maps = int(routes.by_map.sum())
-    # np.unique would import masked arrays, a thirtieth of a run of fig4.
+    # np.unique would import masked arrays, which takes a thirtieth of a run of fig4.
     columns = enumerate(np.bincount(routes.bits))
     counts = ", ".join(f"{count} in {bits} bits" for bits, count in columns if count)
     doubt = f"; {counted(uncertain, 'symbol')} uncertain" if uncertain else ""
@@ -124,7 +124,7 @@ def _summary(routes: RouteCodes) -> str:
 
 
 def _staying(routes: RouteCodes) -> str:
-    """Say which orbits come to no further crossing, as beside an elliptic periodic orbit."""
+    """Sentence on orbits without a further crossing, as beside an elliptic periodic orbit."""
     stay = np.flatnonzero((routes.codes == NO_SYMBOL).any(axis=0))
     if not stay.size:
         return ""

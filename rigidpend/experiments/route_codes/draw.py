@@ -20,13 +20,13 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 LARGEST = 0.12
 """Largest side of a cell, inches."""
 LOWEST = 0.06
-"""Least height of a row, inches, even where cells are then not square."""
+"""Least height of a row, inches, even if cells are then not square."""
 NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
-"""Least width of a figure, width and height of an entry of its legend, inches."""
+"""Least width of a figure, and width and height of a legend entry, inches."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 """Margins around the arrays, and the space between two, inches."""
 ACROSS, APART, TALLEST = 6, 0.55, 100.0
-"""Arrays side by side, at most; inches between bands of them, and of the highest array."""
+"""Most arrays side by side; inches between bands of arrays, and height of the tallest array."""
 
 
 def _ends(array: Data) -> tuple[float, float]:
@@ -42,7 +42,7 @@ def _zeros(array: Data) -> list[float]:
 
 
 def _magnifies(part: Data, whole: Data) -> bool:
-    """True if an array lies inside another and is finer; a single column has no step."""
+    """True if an array lies inside another and is finer; single columns have no step to compare."""
     (first, last), (low, high) = _ends(part), _ends(whole)
     columns = len(part["theta2_0"]), len(whole["theta2_0"])
     finer = (last - first) / columns[0] < (high - low) / columns[1]
@@ -50,7 +50,7 @@ def _magnifies(part: Data, whole: Data) -> bool:
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw every array of a result, side by side as far as there is room, with square cells."""
+    """Draw every array of a result with square cells, side by side where there is room."""
     arrays = result["data"]
     names = list(arrays)
     bands = [{x: arrays[x] for x in names[k : k + ACROSS]} for k in range(0, len(names), ACROSS)]
@@ -67,7 +67,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _arranged(bands: list[dict[str, Data]], magnified: bool) -> Figure:
-    """Arrays in rows, with cells as large as there is room for, above a legend."""
+    """Arrays in bands, with cells as large as the width allows, above a legend."""
     rooms = [plots.WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1) for band in bands]
     columns = [sum(array["codes"].shape[1] for array in band.values()) for band in bands]
     cell = min(LARGEST, *(room / n for room, n in zip(rooms, columns, strict=True)))
@@ -94,7 +94,7 @@ def _arranged(bands: list[dict[str, Data]], magnified: bool) -> Figure:
 
 def _draw_array(axes: Axes, name: str, array: Data) -> None:
     codes, phases = array["codes"], array["theta2_0"]
-    # Between more cells than that there would be nothing but lines to be seen.
+    # With more cells the lines between them would cover everything.
     line: dict[str, Any] = {"edgecolors": "0.6", "linewidth": 0.25} if codes.size < 5000 else {}
     plots.draw_codes(axes, plots.column_edges(phases), codes, **line)
     plots.mark_doubt(axes, phases, array["certain"])
@@ -105,17 +105,17 @@ def _draw_array(axes: Axes, name: str, array: Data) -> None:
     places = np.full(len(zeros), -0.05)
     axes.plot(zeros, places, "^", color=plots.ZERO, ms=4, transform=below, clip_on=False, zorder=5)
     axes.tick_params(axis="x", pad=6)
-    # A few columns have room for few labels; Matplotlib would show two at least.
+    # A narrow array has room for one label; Matplotlib would show at least two.
     axes.locator_params(axis="x", min_n_ticks=1)
     if len(phases) == 1:
         axes.set_xticks(phases, [f"{phases[0]:.6g}"])
     axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
-    # Its name alone would be taken for a symbol, left or right.
+    # The bare name, left or right, could be mistaken for a symbol.
     axes.set_title(f"{name} array", loc="left")
 
 
 def _legend_entries(arrays: list[Data], magnified: bool) -> list[Artist]:
-    """Entries of the legend: those of what the figure shows, and no more."""
+    """Entries of the legend, only for things that the figure shows."""
     zero = plots.entry("zero of Melnikov's integral", color=plots.ZERO, marker="^", ls="", ms=5)
     no_return = Patch(facecolor=plots.NO_RETURN, edgecolor="0.6", label="no return")
     proven = plots.entry("proven symbol", color=plots.PROVEN, marker="o", ls="", ms=2.5)
@@ -133,7 +133,7 @@ def _legend_entries(arrays: list[Data], magnified: bool) -> list[Artist]:
 
 
 CAPTION = (
-    "Orbits that start beside each other take the same turns at first and other ones later: the"
+    "Orbits that start beside each other take the same turns at first and different ones later: the"
     " array is plain at the bottom and seems random at the top. A column is one initial phase"
     " theta2_0 on S1-; cell i, counted from below, says on which side the orbit leaves after its"
     " i-th passage: 0 black, 1 white."
@@ -141,7 +141,7 @@ CAPTION = (
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Table of counts by precision, and of the first symbol against Melnikov's zeros."""
+    """Tables of counts by precision, and of the first symbol against Melnikov's zeros."""
     names, arrays = list(result["data"]), list(result["data"].values())
     columns = [
         Column("array", names),

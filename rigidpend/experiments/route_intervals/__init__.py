@@ -1,4 +1,4 @@
-"""Intervals of initial phases: on each the first symbols of all orbits are proven the same."""
+"""Intervals of initial phases on which all orbits are proven to have the same first symbols."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ INTERVALS = {
 SHARES = double("1", "share of the line on which so many symbols are proven, exact", "symbols")
 COLUMNS = {
     "theta2_0": MEANING["theta2_0"],
-    # They have more symbols than are proven of intervals.
+    # Columns have more symbols than are proven for intervals, so the dimension is another.
     **{
         name: MEANING[name]._replace(dimensions=("rows", "columns"))
         for name in ("codes", "certain")

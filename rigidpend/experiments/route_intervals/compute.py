@@ -32,17 +32,17 @@ from rigidpend.routes.phases import DOUBLED, angle
 FIRST = 5
 """Halvings with which the search begins."""
 ROUND = 2
-"""Intervals that each process takes before they are kept."""
+"""Intervals for each process in a part, which is then stored."""
 COLUMN_SYMBOLS = 15
 """Symbols of a column: as many as Fig. 4 has rows."""
 HALVED = 64
-"""Halvings of the line at which places of columns are told."""
+"""Halvings of the line that give the resolution of the columns' places."""
 SECONDS = 1.5
-"""Seconds that an interval takes on one core, tried and proven."""
+"""Seconds on one core to try an interval and prove it."""
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Halve the line where not all symbols are proven."""
+    """Prove symbols of intervals, and halve those where not all symbols are proven."""
     first = min(FIRST, config.problem.halvings)
     every = [PhaseInterval(k, first) for k in range(1 << first)]
     at_once, trees = ROUND * means.jobs, list[Tree]()
@@ -64,8 +64,9 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
         raise ArithmeticError("undecided: no symbol is proven on any interval")
     shares = shares_of(unpacked(intervals), intervals["codes"])
     columns = _columns(config.problem, means.jobs)
+    # Nothing is stored then: either a proof or an integration must be wrong.
     if contradicted := contradictions(intervals, config.problem.columns.phases, columns):
-        raise ArithmeticError(f"proven symbols are others than those of theta2_0 = {contradicted}")
+        raise ArithmeticError(f"proven symbols contradict those of theta2_0 = {contradicted}")
     told = ", ".join(f"{float(share):.4g}" for share in shares)
     means.report(f"{intervals['place'].size} intervals; shares of the line: {told}")
     return {
@@ -77,7 +78,7 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
 
 
 def _columns(problem: Problem, jobs: int) -> Data:
-    """Symbols of single starts, by integration, which no proof rests on."""
+    """Symbols of single starts, by integration; no proof depends on them."""
     from rigidpend.routes.codes import codes_of
 
     asked = replace(problem.routes, n_symbols=COLUMN_SYMBOLS)
@@ -86,13 +87,14 @@ def _columns(problem: Problem, jobs: int) -> Data:
 
 
 def contradictions(intervals: Data, phases: Sequence[Exact], columns: Data) -> list[float]:
-    """Columns, by theta2_0, with other certain symbols than are proven of their interval."""
+    """Phases theta2_0 of columns with certain symbols that contradict those of their interval."""
     places, count = _places(phases), len(intervals["codes"])
     codes, certain = columns["codes"][:count], columns["certain"][:count]
     found = np.zeros(len(phases), dtype=bool)
     for place, depth, proven in zip(
         intervals["place"], intervals["depth"], intervals["codes"].T, strict=True
     ):
+        # An interval has the phases whose first `depth` binary digits are its place.
         inside = places >> np.uint64(HALVED - depth) == np.uint64(place)
         told = (proven[: len(codes), None] != NO_SYMBOL) & certain
         found |= inside & (told & (codes != proven[: len(codes), None])).any(axis=0)
@@ -102,11 +104,11 @@ def contradictions(intervals: Data, phases: Sequence[Exact], columns: Data) -> l
 def _places(phases: Sequence[Exact]) -> NDArray[np.uint64]:
     """The places of phases on the line halved `HALVED` times, (n,).
 
-    Of far phases doubles do not tell where in their turn they are.
+    In more bits than doubles, in which a large phase loses its place within the turn.
     """
     m = context(DOUBLED)
     of_radian = m.mpf(2) ** HALVED / (2 * m.pi)
-    # A whole turn later the line begins anew.
+    # Modulo a whole turn, after which the line repeats.
     places = [int(m.floor(angle(x, DOUBLED) * of_radian)) % (1 << HALVED) for x in phases]
     return np.array(places, dtype=np.uint64)
 
@@ -133,18 +135,19 @@ def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
 
 
 def unpacked(intervals: Data) -> list[PhaseInterval]:
-    """Intervals from their arrays, ascending, of which no two overlap; ValueError of any other."""
+    """Intervals from their arrays; ValueError unless they ascend and no two overlap."""
     rows = zip(intervals["place"], intervals["depth"], strict=True)
     found = [PhaseInterval(int(place), int(depth)) for place, depth in rows]
     if not all(0 <= x.depth <= 64 and 0 <= x.place < 1 << x.depth for x in found):
-        raise ValueError("an interval is none of the line")
+        raise ValueError("an interval is not on the line")
     if any(a.ends[1] > b.ends[0] for a, b in pairwise(found)):
         raise ValueError("two intervals overlap, or are out of order")
     return found
 
 
 def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[Fraction]:
-    """Shares of the line on which the first symbols are proven: one, two, and so on."""
+    """Shares of the line on which at least one symbol is proven, at least two, and so on."""
+    # argmax finds the first unproven symbol, but is 0 also where all are proven.
     counts = (codes == NO_SYMBOL).argmax(axis=0)
     counts[(codes != NO_SYMBOL).all(axis=0)] = len(codes)
     each = list(zip(intervals, counts, strict=True))
@@ -167,9 +170,9 @@ def theorems(config: Config, data: Data) -> list[str]:
 
 
 def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
-    """Intervals with steps and symbols that are to be proven, and their shares of the line.
+    """Intervals with their steps and the symbols to be proven, and their shares of the line.
 
-    ValueError where they are not what they are stored as.
+    ValueError if stored numbers contradict each other.
     """
     codes = data["intervals"]["codes"]
     every = unpacked(data["intervals"])
@@ -178,11 +181,12 @@ def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
     if not set(codes.ravel().tolist()) <= {0, 1, NO_SYMBOL} or np.any(
         (codes[:-1] == NO_SYMBOL) & (codes[1:] != NO_SYMBOL)
     ):
-        raise ValueError("a symbol is none, or follows one that is not proven")
+        raise ValueError("a symbol is not 0 or 1, or follows one that is not proven")
     orbits = pieces.unpacked(data["proof"], len(every))
     shares = shares_of(every, codes)
+    # Both are exact fractions rounded to doubles, so that they must be equal.
     if [float(x) for x in shares] != data["shares"].tolist():
-        raise ValueError("the shares of the line are others")
+        raise ValueError("the shares of the line differ")
     parts = zip(every, orbits, codes.T.tolist(), strict=True)
     return [part for part in parts if part[2][0] != NO_SYMBOL], shares
 
@@ -190,7 +194,7 @@ def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
 def _again(
     part: tuple[PhaseInterval, Sequence[FamilyStep], Sequence[int]], problem: Problem
 ) -> None:
-    """Check one interval: the symbols that it is stored with."""
+    """Check the stored symbols of one interval."""
     of, steps, stored = part
     proven = [x for x in stored if x != NO_SYMBOL]
     name = f"the interval {of.place}/2^{of.depth}"
@@ -201,7 +205,7 @@ def _again(
     except Undecided as doubt:
         raise Undecided(f"{name}: {doubt}") from None
     if list(map(int, found[: len(proven)])) != stored[: len(proven)]:
-        raise Undecided(f"{name}: its symbols are others, or fewer")
+        raise Undecided(f"{name}: its symbols differ, or fewer are proven")
 
 
 def cost(config: Config) -> float:

@@ -1,6 +1,6 @@
-"""Intervals of the line of starts with their proven symbols, as Fig. 4 has columns.
+"""Intervals of the line of starts with their proven symbols, below columns of single starts.
 
-In tables: shares of the line of starts whose first symbols are proven.
+A table has the shares of the line on which the first symbols are proven.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ ROW, CELL, AROUND = 0.22, 0.1, 1.3
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw columns of single starts, and below the symbols that all starts of an interval have."""
+    """Draw columns of single starts, and below them the proven symbols of intervals."""
     data = result["data"]
     high = [CELL * len(data["columns"]["codes"]), ROW * len(data["intervals"]["codes"])]
     figure = Figure(figsize=(WIDTH, AROUND + sum(high)), layout="constrained")
@@ -51,7 +51,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _draw_columns(axes: Axes, columns: Data) -> bool:
-    """Draw a column for each start; whether a symbol is uncertain."""
+    """Draw a column for each start; return True if a symbol is uncertain."""
     phases, certain = columns["theta2_0"], columns["certain"]
     draw_codes(axes, column_edges(phases), columns["codes"], edgecolors="0.6", linewidth=0.2)
     mark_doubt(axes, phases, certain)
@@ -69,7 +69,7 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
     axes.set(xlabel=axis_label(MEANING["theta2_0"]), yticks=np.arange(len(codes)) + 1)
     axes.set_title("all starts of an interval, proven", loc="left")
     for row, share in enumerate(shares, 1):
-        # Rounded down.
+        # Rounded down: a proven share must not be overstated.
         text = f"{np.floor(1000 * share) / 10:.1f} %"
         axes.text(1.01, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=7.5)
 
@@ -77,8 +77,8 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
 CAPTION = (
     "Single starts with their symbols by integration, and below them intervals of the line, all of"
     " whose orbits are proven to have the symbols there: i = 1 at the bottom, 0 black, 1 white;"
-    " grey is what intervals so long do not prove. Beside each row is the share of the line on"
-    " which so many symbols are proven."
+    " grey symbols are not proven by intervals of this length. Beside each row is the share of the"
+    " line on which so many symbols are proven."
 )
 
 

@@ -11,11 +11,11 @@ from rigidpend.experiments.compare import ROUNDING, of_largest, where
 from rigidpend.experiments.data import ANY, Data, Layout, double, flag, text, whole
 
 LOST = 1e-3
-"""Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
+"""Allowed mean number of certain symbols lost per cell, because rounding differs."""
 
 
 def _kept(name: str, stored: Data, fresh: Data) -> Any:
-    """Cells on the edge of a precision may lose a symbol, but hardly any do."""
+    """Bound of certainty: cells on the edge of a precision may lose a symbol, but only a few."""
     lost = np.clip(stored[name].astype(int) - fresh[name], 0, None)
     free = lost == 0 if lost.mean() > LOST else np.ones(lost.shape, dtype=bool)
     return np.where(free & (fresh[name] <= len(fresh["codes"])), np.inf, 0.0)
@@ -23,7 +23,7 @@ def _kept(name: str, stored: Data, fresh: Data) -> Any:
 
 @where
 def _known(stored: Data, fresh: Data) -> Any:
-    """Symbols are the same where both are certain."""
+    """Mask of the symbols that are certain in both results, which must be equal."""
     both = np.minimum(stored["certain"], fresh["certain"])
     return np.arange(len(stored["codes"]))[:, None, None] < both
 

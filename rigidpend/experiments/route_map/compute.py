@@ -1,8 +1,8 @@
 """Experiment `route_map`: route codes over a plane, cell by cell.
 
-Over theta2_0 and J1_0 the body and its return maps are the same for all cells. Where one axis
-changes the body or the energy, each of its values makes an array of its own, by maps or by
-integration, whichever is faster for so many cells; where both do, every cell is integrated.
+Over theta2_0 and J1_0 the body and its return maps are the same for all cells. If one axis
+changes the body or the energy, each of its values gives an array of cells, computed by maps or by
+integration, whichever is faster for that number of cells. If both do, every cell is integrated.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_
 PIECES = True
 """All work goes through pieces, which a cluster can compute."""
 TILE = 131_072
-"""Cells computed at a time, and kept if the run is interrupted: about half a second by maps."""
+"""Cells in a part, which is stored for an interrupted run: about half a second by maps."""
 OF_START = ("theta2_0", "log10_J1_0")
 """Parameters that leave body and energy as they are, and so the return maps."""
 OWN_TILE = 2048
-"""Cells computed at a time where each has a body or an energy of its own: some seconds."""
+"""Cells in a part if each has a body or an energy of its own: some seconds."""
 BY_INTEGRATION = 2e-4
-"""Seconds of a core for a cell of 15 symbols, where cells of a body are few.
+"""Seconds of a core for a cell of 15 symbols, if a body has few cells.
 
-Measured with the body of Fig. 4; 64 bits included, 113 not."""
+Measured with the body of Fig. 4; including 64 bits, without 113."""
 BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
-"""Seconds of a core for an orbit of its own energy, more for its own body, for 15 symbols alone.
+"""Seconds of a core: for an energy of its own, in addition for a body of its own, for 15 symbols.
 
-The first two are spent before it is integrated, most of them on its numbers in 113 bits."""
+The first two precede the integration; most of them go into the numbers in 113 bits."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -68,7 +68,8 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
-    # Many tiles go to processes of one thread each: threads would wait for the interpreter.
+    # Many tiles go to processes of one thread each, because threads would wait for each other's
+    # Python code.
     given = problem, means.arithmetic, 1 if worth_processes(len(tiles), means.jobs) else means.jobs
     pieces = [
         Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
@@ -100,8 +101,8 @@ def tiled(
 ) -> Iterator[tuple[int, tuple[slice, slice]]]:
     """The rows and columns of each tile, with the number of its first row or column.
 
-    All cells of a tile share what can be shared: return maps, if one axis at most changes the
-    body or the energy; else the work of processes.
+    If at most one axis changes the body or the energy, tiles run along the other one, so that
+    cells share return maps; otherwise they only divide the work among processes.
     """
     across, upwards = (name in OF_START for name in names)
     if upwards and not across:
@@ -122,7 +123,7 @@ def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: in
 
 
 def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
-    """The cells in the order of their rows."""
+    """The cells, row by row."""
     spread = np.tile(x, y.size), np.repeat(y, x.size)
     values = dict(zip(problem.names, spread, strict=True))
     fixed = 0.0 if "theta2_0" in values else own_value(problem, "theta2_0")
@@ -130,7 +131,7 @@ def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs:
     if not _shares_maps(problem):
         return cells_of_each(problem.routes, values, theta2, arithmetic, jobs)
     logarithms = values.pop("log10_J1_0", None)
-    # What is left has one value in all of the tile.
+    # The remaining parameters have one value in the whole tile.
     common = cell_problem(problem.routes, {name: float(v[0]) for name, v in values.items()})
     J1 = np.full(theta2.size, float(common.J1_0)) if logarithms is None else 10.0**logarithms
     ends, orbits = (None, None) if values else _common_starts(problem)
@@ -143,7 +144,7 @@ def _shares_maps(problem: Problem) -> bool:
 
 
 def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
-    """The least and the largest J1_0 of all planes, so that they share their tables; the cells."""
+    """The least and the largest J1_0 of all planes, which share tables, and the number of cells."""
     planes = problem.planes.values()
     upwards = problem.names.index("log10_J1_0")
     starts = [10.0 ** axes[upwards].values for axes in planes]
@@ -163,13 +164,13 @@ def _cost(columns: int, rows: int, problem: Problem) -> float:
     """Seconds for a plane."""
     share, cells = problem.n_symbols / 15, columns * rows
     if not _shares_maps(problem):
-        # Orbits of one body go side by side; the lone ones leave most of a vector empty.
+        # Orbits of one body share SIMD vectors; a lone orbit leaves most lanes empty.
         if "h0" in problem.names:
             return cells * (BEGUN + share * BY_INTEGRATION)
         return cells * (BEGUN + OWN_BODY + share * ALONE)
     across, upwards = (name in OF_START for name in problem.names)
     arrays = 1 if across and upwards else rows if across else columns
-    # In the middle of what changes the body, or the energy.
+    # Estimated at the middle of the axis that changes the body or the energy.
     axis = problem.planes[""][1 if across else 0]
     middle = {} if arrays == 1 else {problem.names[1 if across else 0]: sum(axis.ends) / 2}
     one, orbits = cell_problem(problem.routes, middle), cells // arrays

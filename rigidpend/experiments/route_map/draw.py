@@ -30,7 +30,7 @@ NAMES = {
 SHADES = LinearSegmentedColormap.from_list(
     "word", ["#1d3557", "#3f6f9f", "#9cc3d5", "#f3efe0", "#efc88b", "#cf7a4c", "#7a2e2e"]
 )
-"""Colours of words: blue where the first symbol is 0, orange where it is 1."""
+"""Colours of words: blue if the first symbol is 0, orange if it is 1."""
 TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 2.9, 1.75, 0.95, 0.15, 0.66, 0.58
 """Heights of the plane and of its zooms, margins, inches."""
 ACROSS = 3
@@ -42,11 +42,11 @@ def draw(result: Loaded) -> Figure:
     data = result["data"]
     zooms = data.get("zooms", {})
     columns, bands = min(ACROSS, max(1, len(zooms))), -(-len(zooms) // ACROSS)
-    # One alone is as large as the plane, with which it is compared.
+    # A single zoom is as large as the plane, for comparison.
     small = TALL if len(zooms) == 1 else SMALL
     high = ABOVE + TALL + bands * (small + GAP) + BELOW
     figure = Figure(figsize=(plots.WIDTH, high))
-    # A label at the end of an axis of small numbers is wide.
+    # Labels of small numbers are wide: the right margin holds half of the last one.
     wide = plots.WIDTH - LEFT - (0.12 if "x_axis" not in data else 0.3)
     whole = plots.panel(figure, LEFT, high - ABOVE - TALL, wide, TALL)
     _draw_plane(whole, data, data)
@@ -69,9 +69,9 @@ def draw(result: Loaded) -> Figure:
 def words(codes: NDArray[np.uint8]) -> Array:
     """Words as numbers between 0 and 1, neighbours along a Gray code: (rows, columns).
 
-    Each is in the middle of those of the words that begin with it. Symbol i says whether what
-    follows it is mirrored, so that a word beside a change of a symbol differs little from the one
-    on its other side.
+    A word's number is the middle of those of all words that begin with it. In a Gray code a symbol
+    1 mirrors the order of what follows, so that words on both sides of a change of a symbol get
+    similar numbers.
     """
     total = np.full(codes.shape[1:], 0.5 ** (len(codes) + 1))
     flipped = np.zeros(codes.shape[1:], dtype=np.uint8)
@@ -100,7 +100,7 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     axes.tick_params(labelsize=8 if wide else 6.5, pad=2)
     axes.locator_params(axis="x", nbins=8 if wide else 3)
     if not wide and str(data["y_axis"]) == "mu":
-        # More ticks would have more digits than there is room for.
+        # Closer ticks would need more digits than there is room for.
         axes.locator_params(axis="y", nbins=3)
     axes.ticklabel_format(useOffset=False)
 
@@ -118,7 +118,7 @@ def _frame(before: list[Axes], zoom: Data, name: str) -> None:
 
     def holds(axes: Axes) -> bool:
         (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
-        # Ends of the plane itself are rounded.
+        # The ends of the plane are rounded to doubles: a zoom up to them must count as inside.
         a, b = 1e-9 * (x1 - x0), 1e-9 * (y1 - y0)
         return x0 - a <= left and right <= x1 + a and y0 - b <= low and top <= y1 + b
 
@@ -129,7 +129,7 @@ def _frame(before: list[Axes], zoom: Data, name: str) -> None:
 
 
 def _entries(data: Data, zooms: Data) -> list[Any]:
-    """Entries of the legend: those of what the figure shows."""
+    """Entries of the legend, only for things that the figure shows."""
     own = [f"{NAMES[str(data['y_axis'])]} = {float(data['marked']):g}"]
     if "marked_x" in data:
         own.append(f"{NAMES[str(data['x_axis'])]} = {float(data['marked_x']):g}")
@@ -154,8 +154,8 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
 CAPTION = (
     "Each cell is an orbit, coloured by its route code: blue if it leaves on the left first,"
     " orange if on the right, and shaded by what comes next. The closer to a line between two"
-    " colours it starts, the longer it stays with a periodic orbit; one rotation longer, for a"
-    " start or a weight exp(pi^2/nu) times smaller, and the same pattern comes again."
+    " colours it starts, the longer it stays with a periodic orbit. For a start or a weight"
+    " exp(pi^2/nu) times smaller it stays one rotation longer, and the same pattern comes again."
 )
 
 

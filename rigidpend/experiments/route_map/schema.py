@@ -15,7 +15,7 @@ from rigidpend.numbers.checked import ParameterError
 
 
 class PlaneAxis(Axis):
-    """An axis of the plane, with what it is."""
+    """An axis of the plane, with its parameter."""
 
     axis: Literal["theta2_0", "log10_J1_0", "mu", "h0", "beta0", "alpha0"]
     """Parameter that changes along the axis, alpha0 by A3."""
@@ -25,11 +25,11 @@ class Zoom(Part):
     """A part of the plane, shown with as many cells."""
 
     theta2_0: Auto[Range] = None
-    """Its ends across, where the cells of theta2_0 are the columns; radians."""
+    """Ends on the axis across, if that is theta2_0; radians."""
     columns: Auto[Range] = None
-    """Its ends across, where columns are given; in units of its axis."""
+    """Ends on the axis across, if columns are given; in units of its axis."""
     rows: Range
-    """Its ends on the other axis; in units of that axis."""
+    """Ends on the axis upwards; in units of that axis."""
 
 
 def _form(given: Any) -> str:
@@ -42,16 +42,16 @@ Phase = Annotated[
 
 
 class Problem(RouteStart):
-    """A plane of two parameters; the rest is common to all."""
+    """A plane of two parameters; the other parameters are the same for all cells."""
 
     theta2_0: Phase
-    """Initial phases, radians: the columns' cells; or where columns are given, one number."""
+    """Initial phases of the columns, radians; or one number, if columns are given."""
     columns: Auto[PlaneAxis] = None
     """The axis across; auto is the cells of theta2_0."""
     rows: PlaneAxis
-    """The axis upwards. Values given for the axes above are marked in the drawing."""
+    """The axis upwards. The drawing marks values that the problem gives for its axes."""
     zooms: Annotated[dict[Word, Zoom], Field(default_factory=dict)]
-    """Named parts of the plane that are shown as well."""
+    """Named parts of the plane that are also shown."""
 
     @property
     def names(self) -> tuple[str, str]:
@@ -91,7 +91,7 @@ class Problem(RouteStart):
         return self
 
     def _check_corners(self, axes: tuple[Axis, Axis], place: str) -> None:
-        """Refuse ends that the problem excludes, where they are written."""
+        """Refuse ends of axes that the problem excludes, naming the key that gives them."""
         from rigidpend.routes.cells import cell_problem
 
         keys = dict(zip(self.names, (self._across, "rows"), strict=True))
@@ -100,15 +100,15 @@ class Problem(RouteStart):
                 cell_problem(self.routes, dict(zip(self.names, corner, strict=True)))
             except ParameterError as error:
                 name = {"J1_0": "log10_J1_0"}.get(error.field, error.field)
-                # Of h0 > mu it is the one that varies which is excluded.
+                # h0 > mu is broken by h0 or mu: the error names the one that varies.
                 name = "mu" if name == "h0" and name not in keys else name
-                # Only the ends are: a number of cells beside them is not at fault.
+                # The error names the ends alone: the number of cells is not at fault.
                 ends = "" if place else ".ends"
                 field = f"{place}{keys[name]}{ends}" if name in keys else error.field
                 raise ParameterError(field, str(error)) from None
 
     def _contradictions(self) -> Iterator[tuple[str, str]]:
-        """Fields that do not fit to others, each with what to do about it."""
+        """Fields that contradict others, each with its remedy."""
         across, upwards = self.names
         if across == upwards:
             message = f"columns and rows are both {across}: give columns another axis"

@@ -11,10 +11,10 @@ LEVEL = {
     "bits": MEANING["bits"]._replace(
         description="precision that decided the column, relative to its distance from the change"
     ),
-    # Beside a doubly asymptotic orbit errors grow as fast as the zoom: times of crossings are
-    # held to what certain symbols allow.
+    # Beside a doubly asymptotic orbit errors grow as fast as the zoom: only the bound that
+    # certain symbols imply is left for times of crossings.
     "crossing_time": MEANING["crossing_time"]._replace(within=crossed(lambda crossings: APART)),
-    # Phases beyond doubles: the very numbers that were used, and doubles to draw them by.
+    # Phases finer than doubles: the exact numbers that were used, and doubles for the drawing.
     "centre": text("rad", "theta2_0 of the middle, exact"),
     "theta2_0": text("rad", "initial phase of each column, exact", "columns", coordinate=True),
     "offset": double(

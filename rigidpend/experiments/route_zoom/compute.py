@@ -1,9 +1,9 @@
 """Experiment `route_zoom`: successive zooms into the arrays of Fig. 4.
 
-At a change of symbol i the orbit ends on a periodic orbit: it is doubly asymptotic. Beside it,
-at a distance d, orbits spend ln(1/d)/lambda more time there before they leave, and what they
-do next depends on the phase then. So a zoom by exp(pi^2/nu), which adds one rotation, shows
-the same rows above i again, however deep.
+At a change of symbol i the orbit ends on a periodic orbit: it is doubly asymptotic. Orbits at a
+distance d from it stay there for a time ln(1/d)/lambda longer before they leave, and their further
+course depends on the phase at that moment. So a zoom by exp(pi^2/nu), which adds one rotation,
+shows the same rows above i again, at any depth.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, che
 from rigidpend.routes.phases import Grid
 
 FINER = 2.0**-20
-"""Width to which a level's change is found, as a share of its step, so that levels compare."""
+"""Width of a level's bracket as a share of its step; so narrow that levels can be compared."""
 AT_LEAST, COLUMNS = 0.02, 25
-"""Seconds that a level takes for each symbol, and the columns that double them."""
+"""Seconds per symbol of a level, and the number of columns that doubles them."""
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute every level of a config, with phases as exact texts, for they are beyond doubles."""
+    """Compute every level of a config; phases are exact texts, as doubles are too coarse."""
     problem, steps = config.problem, _steps(config.problem)
     finest = float(steps[-1])
     found = means.part("centres", partial(_centres, problem, steps, means))
     *brackets, last = [Bracket(*map(exact, each.values())) for each in found.values()]
-    # One reference for all levels: the orbit closest to the change, to which all columns are near.
+    # One reference orbit serves all levels: the one closest to the change, near all columns.
     around = Neighbourhood(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
     groups: dict[str, Tree] = {}
     levels = zip(_names(problem), brackets, steps, strict=True)
@@ -72,8 +72,8 @@ def _steps(problem: Problem) -> list[Exact]:
 
 
 def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
-    """Find the brackets of all levels, and a last one, as texts that say them exactly."""
-    # Symbols behind the one that changes have no part in the search.
+    """Find the brackets of all levels, and a last one, as exact texts."""
+    # The search needs no symbols after the one that changes.
     short = dataclasses.replace(problem.routes, n_symbols=problem.symbol)
     path = narrowed(
         short,
@@ -82,6 +82,7 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
         means.arithmetic,
         lambda width: means.report(f"the change is known to {width:.0e} rad"),
     )
+    # For each level the first bracket that is narrow enough; the narrowest one is kept besides.
     chosen = [next(b for b in path if b.width <= float(step) * FINER) for step in steps]
     return {
         f"bracket{k:02d}": {name: end.text for name, end in b._asdict().items()}
@@ -90,10 +91,10 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
 
 
 def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exact) -> Tree:
-    """Compute an array around the middle of a bracket, whose ends prove the change."""
+    """Compute an array around the middle of a bracket, at whose ends the symbol differs."""
     centre = bracket.between(1, 2)
     phases = _phases(centre, problem, step)
-    # The bracket's ends go with the columns, for they prove that the symbol changes between them.
+    # The bracket's ends are computed too: they show that the symbol changes between them.
     routes = around.routes([*bracket, *phases])
     ends = slice(problem.symbol), slice(2)
     if not routes.certain[ends].all():
@@ -102,7 +103,7 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
     check_change(left, right, bracket)
     return {
         **{name: array[..., 2:] for name, array in routes._asdict().items()},
-        # A text reads back as the very number that was used.
+        # The text is exact: read again it gives the number that was used.
         "centre": centre.text,
         "theta2_0": [phase.text for phase in phases],
         "offset": np.array([float(phase - centre) for phase in phases]),
@@ -111,7 +112,7 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
 
 
 def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
-    """The columns' phases around a centre; rational ones as plain quotients."""
+    """The columns' phases around a centre; rational phases are written as quotients."""
     grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
     return [phase if phase.fraction is None else exact(phase.fraction) for phase in grid]
 
@@ -126,7 +127,7 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
 
 
 def describe(config: Config) -> list[Row]:
-    """The spacing of a config's columns, from the first level to the last."""
+    """Row with the spacing of columns, from the first level to the last."""
     steps = _steps(config.problem)
     first, last = float(steps[0]), float(steps[-1])
     return [Row("steps", f"{first:.3g} to {last:.3g}", "rad, spacing of columns")]

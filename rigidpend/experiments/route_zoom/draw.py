@@ -1,4 +1,4 @@
-"""Zooms into the arrays of Fig. 4, side by side; what is new in each is in colour."""
+"""Zooms into the arrays of Fig. 4, side by side; symbols new at a level are in colour."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
 
 NEW = ("#A04000", "#FFD0A0")
-"""Colours of symbols 0 and 1 that differ from those of the array before."""
+"""Colours of symbols 0 and 1 that differ from those of the previous array."""
 CELLS = ListedColormap(["black", "white", *NEW, plots.NO_RETURN])
 NORM = BoundaryNorm([-0.5, 0.5, 1.5, 2.5, 3.5, NO_SYMBOL + 0.5], 5)
 ACROSS = 3
@@ -50,7 +50,7 @@ def draw(result: Loaded) -> Figure:
 def _draw_level(axes: Axes, level: Data, before: Data, symbol: int) -> None:
     """Draw one array, its columns counted in steps from the centre."""
     step, codes = float(level["step"]), level["codes"]
-    # Phases themselves are beyond doubles, of which neighbours would be the same.
+    # Offsets in steps, because phases of neighbouring columns may round to the same double.
     columns = level["offset"] / step
     cells = codes + 2 * ((codes != before["codes"]) & (codes != NO_SYMBOL))
     plots.draw_codes(axes, plots.column_edges(columns), cells, CELLS, NORM)
@@ -66,7 +66,7 @@ def _power(step: float) -> str:
 
 
 def _explain(figure: Figure, data: Data) -> None:
-    """Write below the arrays: axis, legend, and by how much the rows repeat."""
+    """Write below the arrays: the axis, the legend, and the share of repeated symbols."""
     text = (
         "columns: $\\theta_2^0$ less that of the centre, in steps\n"
         f"Rows repeat after a zoom by exp(π²/ν) = {float(data['repeats_after']):.4f}. "
@@ -74,7 +74,7 @@ def _explain(figure: Figure, data: Data) -> None:
     )
     entries = [
         *plots.symbol_entries(r"$z_i = 0$", r"$z_i = 1$"),
-        *(Patch(facecolor=NEW[k], label=f"{k}, other than in the array before") for k in (0, 1)),
+        *(Patch(facecolor=NEW[k], label=f"{k}, differs from the array before") for k in (0, 1)),
         Patch(facecolor="none", edgecolor=plots.ZOOM, label=f"above symbol {int(data['symbol'])}"),
     ]
     legend = figure.legend(
@@ -86,15 +86,15 @@ def _explain(figure: Figure, data: Data) -> None:
 CAPTION = (
     "Magnified again and again about a phase at which a symbol changes, the array of route codes"
     " comes to repeat itself, row after row from below. The orbit at that phase stays with a"
-    " periodic orbit for ever; an orbit at a distance d from it stays a time that grows as"
-    " ln(1/d), and its next symbols follow from the phase at which it leaves, which is the same"
-    " again for a d that is exp(pi^2/nu) times smaller: one rotation more. In colour: what differs"
-    " from the array before."
+    " periodic orbit for ever; an orbit at a distance d from it stays for a time that grows as"
+    " ln(1/d), and its next symbols follow from the phase at which it leaves. This phase is the"
+    " same again, one rotation later, for a d that is exp(pi^2/nu) times smaller. In colour: what"
+    " differs from the array before."
 )
 
 
 def share(before: Data, level: Data) -> float:
-    """The share of symbols that a level repeats, step by step from the centre."""
+    """The share of symbols that a level repeats, compared step by step from the centre."""
     return float((before["codes"] == level["codes"]).mean())
 
 

@@ -12,12 +12,12 @@ from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole
 from rigidpend.numbers.exact import exact
 
 FINEST = -200
-"""Least exponent of a step, rad: below that doubles lose what has yet to grow from it."""
+"""Least decadic exponent of a step, radians: smaller deviations are lost in doubles."""
 
 LONGEST = 40
-"""Characters of the factor as a quotient, whose powers are written out in every phase.
+"""Most characters of the factor as a quotient, whose powers are written out in every phase.
 
-A quotient is what results and certificates keep of it, which are read by the same rule."""
+Results and certificates store the factor as a quotient, and are read under the same limit."""
 
 
 class Problem(RouteStart):
@@ -32,7 +32,7 @@ class Problem(RouteStart):
     factor: Number = exact(100)
     """Factor by which each level is finer than the one before, dimensionless, 2 to 1000000.
 
-    The picture repeats where it is the multiplier of the periodic orbit, which `describe` tells."""
+    The picture repeats if it is the multiplier of the periodic orbit, which `describe` prints."""
     levels: Annotated[Whole, Field(ge=1, le=60)]
     """Number of arrays."""
     count: Annotated[Whole, Field(ge=3, le=999)]

@@ -20,7 +20,7 @@ from rigidpend.experiments.data import (
     text,
     whole,
 )
-from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
+from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME, slope_weights
 
 SHARE = 4e-3
 """Admitted error of the excess, relative to Melnikov's amplitude, in units of (mu/h0)^2.
@@ -28,11 +28,11 @@ SHARE = 4e-3
 The correction to Melnikov's amplitude is 3.4 (mu/h0)^2 with the body of Fig. 4: a thousandth of
 it is resolved."""
 COARSEST = 1e-9
-"""Largest error that is admitted, however large mu is."""
+"""Largest admitted error for any mu."""
 RELATIVE = 1e-13
-"""Allowed relative difference of numbers of closed form."""
+"""Allowed relative difference of numbers in closed form."""
 MARGIN = 2
-"""Allowed difference of two results, in units of the error that is admitted of each."""
+"""Allowed difference of two results, in units of the admitted error of each."""
 
 
 def admitted(mu_over_h0: Any) -> Any:
@@ -41,7 +41,7 @@ def admitted(mu_over_h0: Any) -> Any:
 
 
 def _error(stored: Data, fresh: Data) -> Any:
-    """The error that is admitted; of what is not resolved nothing is claimed."""
+    """The admitted error; infinite for an unresolved excess, of which nothing is claimed."""
     return np.where(stored["resolved"], admitted(stored["mu_over_h0"]), np.inf)
 
 
@@ -50,10 +50,31 @@ def _of_sum(stored: Data) -> Any:
     return stored["excess"].shape[-1] * MARGIN * _error(stored, stored)
 
 
-def _slope(name: str, stored: Data, fresh: Data) -> Any:
-    """Effect of the error on the logarithms that a slope is fitted to."""
-    error, first = MARGIN * _error(stored, fresh), np.abs(stored["excess"][..., 0])
-    return np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + RELATIVE
+def slope_change(ratio: Any, values: Any, error: Any) -> float:
+    """Largest change of a slope, fitted to values of one body, that their errors can cause.
+
+    Each logarithm errs by -ln(1 - error/value) at most, and the slope is a sum of these with
+    weights. Infinite where the error of a fitted value is as large as itself.
+    """
+    weights = np.abs(slope_weights(ratio, values))
+    fitted = weights > 0
+    with np.errstate(divide="ignore"):
+        logarithms = -np.log1p(-np.minimum(error[fitted] / values[fitted], 1.0))
+    return float(weights[fitted] @ logarithms) + RELATIVE
+
+
+def _slopes(stored: Data, values: Any, error: Any) -> Any:
+    """The same of every body; values and errors (bodies, mu)."""
+    ratio = stored["mu_over_h0"]
+    return np.array([slope_change(ratio, *one) for one in zip(values, error, strict=True)])
+
+
+def _slope_amplitude(name: str, stored: Data, fresh: Data) -> Any:
+    return _slopes(stored, np.abs(stored["excess"][..., 0]), MARGIN * _error(stored, stored))
+
+
+def _slope_curve(name: str, stored: Data, fresh: Data) -> Any:
+    return _slopes(stored, stored["curve_excess"], _of_sum(stored))
 
 
 def _largest(name: str, stored: Data, fresh: Data) -> Any:
@@ -66,7 +87,7 @@ def _curve(name: str, stored: Data, fresh: Data) -> Any:
 
 
 _body = partial(Field, FLOAT, ("bodies",))
-_fitted = partial(_body, "1", gaps=True, within=_slope)
+_fitted = partial(_body, "1", gaps=True)
 _each = partial(Field, FLOAT, EACH, gaps=True)
 _closed = relative(RELATIVE)
 
@@ -74,8 +95,10 @@ BODIES = {
     "alpha0": _body("rad", "(bodies,): angle of each body"),
     "beta0": _body("rad", "(bodies,): angle of the centre of gravity"),
     "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=_closed),
-    "slope_amplitude": _fitted("(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0"),
-    "slope_curve": _fitted("(bodies,): of curve_excess in mu, as well"),
+    "slope_amplitude": _fitted(
+        "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0", within=_slope_amplitude
+    ),
+    "slope_curve": _fitted("(bodies,): of curve_excess in mu, as well", within=_slope_curve),
     "amplitude": double(
         "rad", "(bodies, mu): Melnikov's amplitude of the distance in theta1", *EACH, within=_closed
     ),

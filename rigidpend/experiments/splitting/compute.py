@@ -20,15 +20,15 @@ from rigidpend.surfaces.melnikov import decay
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
 
 BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
-"""Seconds of any run, those of an orbit in doubles or in pairs of them, orbits per mu/h0.
+"""Seconds of any run, seconds of an orbit in doubles or pairs of doubles, orbits per mu/h0.
 
-The configuration that is shipped took 12 s, half of it in pairs."""
+The shipped config took 12 s, half of it in pairs."""
 GRID = np.linspace(-np.pi, np.pi, 721)
-"""Phases from which the largest distances are looked for."""
+"""Phases at which the search for the largest distance begins, radians."""
 PARABOLAS = GRID[1] - GRID[0], 1e-4
-"""Half-widths of parabolas through three distances, whose vertex is the next phase.
+"""Half-widths of the parabolas through three distances, each with its vertex as the next phase.
 
-It errs by some square of it: of the largest distance then nothing is left but rounding."""
+The error of the phase falls like a square of the width: after the second, rounding dominates."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -48,8 +48,8 @@ def compute(config: Config, means: Means) -> Tree:
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores.
 
-    Doubles resolve a distance as long as their rounding, which a large nu makes large beside it,
-    is below what is admitted. The larger the weight, the more orbits a curve takes.
+    Doubles resolve a distance as long as their rounding is below the admitted error; a large nu
+    makes the distance small beside it. A larger weight takes more orbits for a curve.
     """
     problem, ratio = config.problem, mu_over_h0(config.problem)
     orbits = FEWEST + ORBITS * ratio
@@ -72,6 +72,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     body = bodies[0]
     told = columns(("error", "resolved", "bits", "amplitude", "excess"), found)
     excess, amplitudes = told["excess"], told["amplitude"]
+    # Melnikov's own distance, cos g in its amplitude, is added back to the excess.
     whole = excess + np.eye(1, excess.shape[1])
     curve_excess = largest(excess)
     means.report(f"{name}: nu = {body.nu:.2f}, {_summary(found)}")
@@ -98,6 +99,7 @@ def _peak(harmonics: Array) -> float:
     for h in PARABOLAS:
         before, here, after = (distance(harmonics, g + off) for off in (-h, 0, h))
         slope, bend = (after - before) / 2, after - 2 * here + before
+        # The vertex is h slope/bend away; where that is more than h there is no extremum nearby.
         near = np.abs(bend) > np.abs(slope)
         g = g - h * np.divide(slope, bend, out=np.zeros_like(g), where=near)
     return float(np.abs(distance(harmonics, np.append(GRID, g))).max())
@@ -120,7 +122,7 @@ def _summary(found: list[SurfaceSplitting]) -> str:
 
 
 def describe(config: Config) -> list[Row]:
-    """The distance of each body by Melnikov's integral."""
+    """Rows with the distance of each body by Melnikov's integral."""
     problem, rows = config.problem, []
     for name, shape in problem.bodies.items():
         body = shape.heavy(problem.mu[0])

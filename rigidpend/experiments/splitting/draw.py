@@ -28,12 +28,12 @@ CHOSEN: tuple[dict[str, Any], ...] = tuple(
     {"color": colour, "marker": marker, "ms": 4, "lw": 0.9}
     for colour, marker in ((plots.BLUE, "o"), (plots.RED, "s"), (plots.GREEN, "^"))
 )
-"""Looks of the bodies that stand out: least nu, the drawn one, largest nu."""
+"""Looks of the highlighted bodies: that of least nu, the drawn one, that of largest nu."""
 OTHER: dict[str, Any] = {"color": "0.72", "lw": 0.6}
 """Look of the other bodies."""
 WHOLE: dict[str, Any] = {"fillstyle": "full", "ls": "-"}
 COSINE: dict[str, Any] = {"fillstyle": "none", "ls": (0, (4, 1.5))}
-"""Looks of the errors of the whole curve, and of its cosine's."""
+"""Look of the errors of the cosine, beside those of the whole curve."""
 BITS = {53: "#FFFFFF", 64: "#DCEEF8", 106: "#9DCFEB", 113: "#5FB0E0"}
 """Colour of a cell of the table, by the precision that decided."""
 NONE = "#F2B8A0"
@@ -59,7 +59,7 @@ def _drawn(data: Data) -> int:
 
 
 def _name(bodies: Data, row: int) -> str:
-    """Name a body by its nu; the one of Fig. 4 in words."""
+    """Name a body by its nu, and that of Fig. 4 in words."""
     name, nu = bodies["name"][row], bodies["nu"][row]
     shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{name}}}$"
     return rf"{shown}, $\nu = {nu:.2f}$"
@@ -110,7 +110,7 @@ def _draw_error(axes: Axes, data: Data) -> str:
 
 
 def _chosen(data: Data) -> list[int]:
-    """Choose the bodies that stand out: of least nu, the drawn one, of largest nu."""
+    """Choose the bodies to highlight: that of least nu, the drawn one, that of largest nu."""
     nu = data["bodies"]["nu"]
     return list(dict.fromkeys((int(np.argmin(nu)), _drawn(data), int(np.argmax(nu)))))
 
@@ -174,8 +174,8 @@ def _draw_table(axes: Axes, data: Data) -> str:
 
 
 CAPTION = (
-    "The surfaces S1- and S2+ part as a cosine of the phase, with the amplitude that Melnikov's"
-    " formula gives, the more exactly the smaller the weight is. On the section J1 = J2/2 the"
+    "The distance of the surfaces S1- and S2+ is a cosine of the phase with the amplitude of"
+    " Melnikov's formula, the more exactly the smaller the weight is. On the section J1 = J2/2 the"
     " formula's curve errs by O(mu), its amplitude by O(mu^2). Each distance has an error of its"
     " own; those that no precision resolved are crossed out."
 )
@@ -187,7 +187,7 @@ def tables(result: Loaded) -> list[Table]:
     bodies, weight = data["bodies"], float(data["mu_over_h0"][0])
     resolved = [f"{np.count_nonzero(each)} of {each.size}" for each in bodies["resolved"]]
     table = Table.of(
-        f"Largest distance in theta1 at mu = {weight:g} h0, and powers of mu of the rest",
+        f"Largest distance in theta1 at mu = {weight:g} h0; powers of mu by which the rest falls",
         [
             Column("body", bodies["name"]),
             Column("nu", bodies["nu"], ".4f"),

@@ -14,7 +14,7 @@ class Problem(WeightedBodies):
     """Distances on the section J1 = J2/2, as functions of g = theta1/2 + theta2."""
 
     drawn: Word
-    """Name of the body whose distance is kept at all phases."""
+    """Name of the body whose distance is stored at all phases."""
     phases: Annotated[Whole, Field(ge=9, le=10_000)] = 73
     """Number of phases g from -pi to pi, both included."""
 

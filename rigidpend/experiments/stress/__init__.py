@@ -1,14 +1,14 @@
-"""Trials at the limits: each claim has a bound, declared before the run; a run may refute it.
+"""Trials at the limits: each claim has a bound, declared before the run, which may refute it.
 
-scenes     claims, their limits and verdicts; orbits, their starts, and how far they are apart
-passages   growth of errors a passage, predicted from the variational equations; how many
-           symbols a precision decides
+scenes     claims, their limits and verdicts; orbits, their starts and distances
+passages   growth of errors in a passage, predicted from the variational equations; the number
+           of symbols that a precision decides
 conserved  reflection, time reversal; integrals over 1e6 rotations
 extremes   bodies, energies and starts at the ends of their ranges
-honesty    flags `certain` where the tolerance, or the tables of return maps, are spoilt; orbits
+honesty    flags `certain` with spoilt tolerances, or spoilt tables of return maps; orbits
            found from random codes of random bodies, read back
 compute, draw
-           the experiment: all trials in their order, stored, told and drawn
+           the experiment: all trials in their order, stored, printed and drawn
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from functools import partial
 from rigidpend.experiments.data import ANY, NUMBER, TEXT, Field, Layout
 
 PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
-"""Verdicts: within the bound; beyond it as it was declared to be; beyond it."""
+"""Verdicts: within the bound; beyond it within a declared limit; beyond it."""
 
 
 def _number(units: str, description: str, *dimensions: int | str) -> Field:
-    # Rounding errors, which differ from machine to machine: they are held against their bounds.
+    # Rounding errors differ from machine to machine: each is tested by its own bound instead.
     return Field(NUMBER, dimensions, units, description, gaps=True, within=ANY)
 
 
@@ -73,7 +73,7 @@ CURVES: dict[str, Layout] = {
     "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
     "long_time": {"<tolerances>": DRIFT},
 }
-"""Curves behind the claims, by kind of trial and by its label; what refuses to compute has none."""
+"""Curves behind the claims, by kind of trial and label; a trial that was refused has none."""
 
 OF_CLAIM = _claims()
 LAYOUT: Layout = {

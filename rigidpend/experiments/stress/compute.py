@@ -17,7 +17,7 @@ from rigidpend.machine.progress import PartDone
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Run all trials of a config; what an interrupted run finished is not run again.
+    """Run all trials of a config; those that an interrupted run finished are not repeated.
 
     Returns
     -------

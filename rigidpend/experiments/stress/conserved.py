@@ -1,7 +1,7 @@
 """Conserved quantities, kept by the computation: symmetries, and integrals over 1e6 rotations.
 
-Changes of sign round nothing, so reflection and time reversal must hold bit for bit. Integrals of
-motion drift as roundings walk.
+Changes of sign are exact, so reflection and time reversal must hold bit for bit. Integrals of
+motion drift like a random walk of roundings.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.cycle import MIRRORED
 
 FEW = 4
-"""Orbits that show the symmetries."""
+"""Number of orbits on which the symmetries are tested."""
 MIRROR = np.array([-1, -1, 1, 1, 1, -1])
 """Reflection in the plane of r: gamma3 and, M being axial, M1 and M2 change sign."""
 REVERSAL = np.array([1, 1, -1, 1, 1, -1])
-"""Time reversal (M changes sign), seen in that mirror: M3 and gamma3 change sign."""
+"""Time reversal (M changes sign) combined with that reflection: M3 and gamma3 change sign."""
 BACK = 30.0
 """t' after which an orbit returns."""
 SIZED = DEVIATIONS * math.sqrt(2)
-"""Bound where two computations differ: the squares of their roundings add."""
+"""Bound for the difference of two computations: the squares of their roundings add."""
 BITWISE = "a change of sign rounds nothing: the same numbers, bit for bit"
 SYMMETRIES = (
     Claim("reflection", 0, "crossings that differ from those of the mirrored orbits", BITWISE),
@@ -52,9 +52,9 @@ SYMMETRIES = (
 INTEGRALS = ("energy", "gamma", "M.gamma")
 """Integrals of motion, in the order of :func:`integrals`."""
 POINTS = 61
-"""Times at which the integrals are looked at, evenly spread in their logarithm."""
+"""Number of times at which the integrals are evaluated, evenly spread in their logarithm."""
 BEGIN = 100
-"""Rotations from which on a slope is fitted: before, evaluation shows more than drift."""
+"""Rotations after which a slope is fitted: before, rounding in the evaluation exceeds the drift."""
 FACTOR = 4.0
 """Allowed factor of a drift above the predicted random walk."""
 BIASED = (
@@ -62,18 +62,18 @@ BIASED = (
     " a bias of 1e-16 a rotation in |gamma|; for long times take the finest tolerance"
 )
 BIAS = 4e-16
-"""A rotation, relative: four times what was measured, and the most that `BIASED` explains."""
+"""Relative bias per rotation: four times the measured one, and the most that `BIASED` explains."""
 SIDE_BY_SIDE = 8
 """Orbits in a part of the work."""
 
 
 def symmetries(scene: Scene) -> Trial:
-    """All symmetries, of a few orbits."""
+    """Trial of all symmetries, on a few orbits."""
     return Trial("symmetries", "all", SYMMETRIES, lambda: (_symmetric(scene), {}))
 
 
 def _symmetric(scene: Scene) -> list[float]:
-    """The values of `SYMMETRIES`, in their order.
+    """Measured values for the claims `SYMMETRIES`, in their order.
 
     Orbits start beside separatrix 2 with M . gamma from 0 to J2/2.
     """
@@ -85,11 +85,11 @@ def _symmetric(scene: Scene) -> list[float]:
         followed(scene, Orbits(c, x, 5, 300 / scene.u)) for x in (states, MIRROR[:, None] * states)
     )
     other = plain.separatrix != MIRRORED[mirrored.separatrix]
-    # Backwards in time is forwards in the mirror.
+    # An orbit backward in time is the image of the orbit of the reversed state forward in time.
     times = np.linspace(0, BACK, 7)
     forward = states_at(c, REVERSAL[:, None] * states, times)
     backward = states_at(c, states, -times)
-    # There and back again: what is not found again, over the roundings carried along.
+    # Forward and back again: the distance from the start over the predicted rounding errors.
     there = states_at(c, states, [BACK])[:, 0]
     missed = np.abs(states_at(c, there, [-BACK])[:, 0] - states).max(axis=0)
     *_, carried = passages.deviations(scene, there, -BACK)
@@ -101,7 +101,7 @@ def _symmetric(scene: Scene) -> list[float]:
 
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
-    """Integrals at the finest tolerance and at the default one."""
+    """Trials of the integrals at the finest tolerance and at the default one."""
     sizes, scene = asked.long_time, scenes.of_problem(asked, jobs)
     for tolerance in (FINEST_TOLERANCE["taylor"], DEFAULT_TOLERANCE["taylor"]):
         yield drift_trial(scene, tolerance, sizes.rotations, sizes.orbits)
@@ -115,15 +115,15 @@ def passing(scene: Scene, n: int) -> Array:
 def integrals(scene: Scene, M: Array, gamma: Array) -> Array:
     """Energy over h0, |gamma| and M . gamma over |M|, (3, ...), from physical vectors."""
     A, r, mu = scene.body.floats()
-    # Half of |gamma|^2 deviates from 1/2 as |gamma| from 1.
+    # To first order |gamma|^2/2 deviates from 1/2 by as much as |gamma| from 1.
     parts = (gamma**2).sum(axis=0) / 2, (M * gamma).sum(axis=0) * float(scale(A)) / scene.J2
     return np.stack((energy(M, gamma, A, r, mu) / scene.h0, *parts))
 
 
 def drift_trial(scene: Scene, tolerance: float, rotations: int, orbits: int) -> Trial:
-    """Drift of the integrals: a random walk at the finest tolerance.
+    """Trial of the drift of integrals: a random walk at the finest local tolerance.
 
-    The tolerance is local; a coarser one than the finest has a declared bias.
+    A coarser tolerance has a declared bias.
     """
     name, biased = f"taylor at {tolerance:.1e}", tolerance > FINEST_TOLERANCE["taylor"]
     marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * scene.rotation
@@ -149,6 +149,7 @@ def _walk_claims(
     name: str, rotations: Array, walk: float, orbits: int, biased: bool
 ) -> Iterator[Claim]:
     """Claims of the fitted power and of the size of a drift."""
+    # An rms of n values errs by 1/sqrt(2 n), a slope between two by 1/sqrt(n) over this reach.
     reach = float(np.ptp(np.log(rotations[_late(rotations)])))
     spread, most = SIGMAS / math.sqrt(orbits) / reach, FACTOR * float(walk)
     power = Claim(
@@ -172,7 +173,7 @@ def _drift(scene: Scene, tolerance: float, marks: Array, orbits: int) -> Array:
     parts = spread(passing(scene, orbits), -(-orbits // SIDE_BY_SIDE), axis=1)
     work = partial(states_at, scene.c, times=marks, tolerance=tolerance)
     found = side_by_side(work, (), False, parts, scene.jobs)
-    # In long doubles, or the evaluation of the integrals would hide their drift.
+    # In long doubles, because rounding in the evaluation of the integrals would hide their drift.
     aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
     s = float(scale(scene.body.floats()[0]))
     there = integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s))

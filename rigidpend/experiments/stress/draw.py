@@ -1,6 +1,6 @@
 """Trials at the limits: drift, claims against their bounds, growth of errors, symbols decided.
 
-Tables count those that passed by kind and name the failures; those of the command have every claim.
+The report's tables count passed trials by kind and name failures; the command's list every claim.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
 from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
-    "Each trial goes to a limit, and its value stays below the bound that was stated before it"
-    " ran: its share of it is at most 1. Drift of the integrals, growth of errors from passage"
+    "Each trial tests an extreme, and its value stays below the bound that was stated before it"
+    " ran: the ratio of both is at most 1. Drift of the integrals, growth of errors from passage"
     " to passage, and how many symbols each precision decides."
 )
 HEIGHT = 8.8
-"""Inches."""
+"""Height of the figure, inches."""
 FLOOR, CEILING = 1e-17, 1e2
-"""Ratios beyond are drawn at the edge."""
+"""Ends of the axis of ratios; ratios beyond are drawn at the edge."""
 LOOKS = {
     PASSED: (BLUE, "o", "within its bound"),
     LIMIT: (ORANGE, "D", "beyond, a documented limit"),
@@ -56,7 +56,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _draw_drifts(axes: Axes, curves: list[Any]) -> None:
-    """Drift against time with the predicted walk; the legend tells the fitted powers of t."""
+    """Draw drift against time with the predicted walk; the legend has the fitted powers of t."""
     title(axes, "a", "drift of the integrals")
     entries = [entry(name, color=colour) for name, colour in INTEGRALS]
     if curves:
@@ -75,11 +75,11 @@ def _draw_drifts(axes: Axes, curves: list[Any]) -> None:
 
 
 def _draw_claims(axes: Axes, data: Data) -> None:
-    """Value over bound of every claim, a row a group."""
+    """Draw value over bound of every claim, one row for each kind of trial."""
     counts = dict.fromkeys(LOOKS, 0)
     for row, content in enumerate(data.values()):
         claims = content["claims"]
-        # Below each other, or claims of equal ratio would look like one.
+        # Spread vertically, because claims of equal ratio would coincide.
         n = len(claims["name"])
         lift = np.linspace(-0.32, 0.32, n) if n > 1 else [0.0]
         for verdict, ratio, up in zip(claims["verdict"], claims["ratio"], lift, strict=True):
@@ -106,7 +106,7 @@ def _draw_claims(axes: Axes, data: Data) -> None:
 
 
 def _draw_growth(axes: Axes, growth: Any) -> None:
-    """Errors at each crossing: all orbits, their mean, and the prediction."""
+    """Draw errors at each crossing: all orbits, their mean, and the prediction."""
     title(axes, "c", "rounding error at each crossing")
     x = growth["crossing"] + 1
     for column in growth["scatter"].T:
@@ -125,7 +125,7 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
 
 
 def _draw_symbols(axes: Axes, curves: Any) -> None:
-    """Draw the symbols that each precision decides: share of orbits with at least so many."""
+    """Draw the share of orbits of which each precision decides at least a number of symbols."""
     title(axes, "d", "symbols that a precision decides")
     for curve in (x for x in curves.values() if "bits" in x):
         bits = int(curve["bits"])
@@ -145,7 +145,7 @@ def _draw_symbols(axes: Axes, curves: Any) -> None:
 
 
 def tables(result: Loaded) -> list[Table]:
-    """The trials by kind, then those beyond their bounds, from a loaded result."""
+    """Table of the trials by kind, then a table of those beyond their bounds."""
     kinds, beyond = list(_kinds(result)), list[tuple[str, ...]]()
     rows = [_counted(kind, claims["verdict"], claims["ratio"]) for kind, claims in kinds]
     every = [np.concatenate([x[key] for _, x in kinds]) for key in ("verdict", "ratio")]
@@ -155,21 +155,21 @@ def tables(result: Loaded) -> list[Table]:
             told = (str(claims[key][k]) for key in ("measured", "note", "limit"))
             reason = "; ".join(filter(None, told))
             beyond.append((claims["verdict"][k], f"{kind}, {claims['name'][k]}", reason))
-    caption = "Trials, and the largest part of its bound that one which passed reached"
-    found = [Table(caption, ("kind", *LOOKS, "largest part"), rows)]
+    caption = "Trials of each kind, and the largest ratio of value and bound of those that passed"
+    found = [Table(caption, ("kind", *LOOKS, "largest ratio"), rows)]
     if beyond:
         found.append(Table("Beyond their bounds", ("verdict", "trial", "reason"), beyond))
     return found
 
 
 def _counted(kind: str, verdicts: Any, ratios: Any) -> tuple[str, ...]:
-    """A row: how many trials have each verdict, and the largest ratio of those that passed."""
+    """A row: the number of claims with each verdict, and the largest ratio of those that passed."""
     numbers = (str((verdicts == x).sum()) for x in LOOKS)
     return kind, *numbers, f"{ratios[verdicts == PASSED].max(initial=0):.2g}"
 
 
 def claims_tables(result: Loaded) -> list[Table]:
-    """Every claim with its value and its bound, a table for each kind of trial."""
+    """A table for each kind of trial: every claim with its value and its bound."""
     forms = dict.fromkeys(("value", "bound", "ratio"), ".2g")
     keys = ("name", "value", "bound", "ratio", "unit", "verdict")
     return [

@@ -1,9 +1,9 @@
 """Bodies, energies and starts at the ends of their ranges, against higher precision.
 
-A route problem makes two claims: the largest phase error of a certain symbol, which is the promise
-of the package, and the share of symbols that are left uncertain, its reach. A start on or beside a
-separatrix, with any M . gamma, makes one: doubles err as the variational equations predict. J1 and
-J2 - J1 are given apart, so that both may be as small as 1e-300.
+A route problem makes two claims: on the largest phase error of a certain symbol, which is the
+promise of the package, and on the share of symbols left uncertain, which is its reach. A start on
+or beside a separatrix, with any M . gamma, makes one: doubles err as the variational equations
+predict. J1 and J2 - J1 are separate numbers, so that both may be as small as 1e-300.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
 PHASES = ("3/10", "29/10", "47/10", "7/5", "1/5", "6", "22/7", "13/4")
-"""theta2_0 of columns, radians: nothing special."""
+"""Initial phases theta2_0, radians, of no special kind."""
 ERROR = 1e-2
-"""Radians: a symbol turns over at about one, so a hundredth leaves room for the worst orbit."""
+"""Bound of phase errors, radians: a symbol changes at about 1, which leaves a wide margin."""
 
 
 class Extreme(NamedTuple):
@@ -38,11 +38,11 @@ class Extreme(NamedTuple):
     h0: str = "1.3342"
     J1_0: str = "1e-8"
     most: int = 15
-    """Symbols at most: fewer where a passage takes many rotations. Then two orbits at most."""
+    """Largest number of symbols; below 15, for long passages, also at most two orbits."""
 
 
 GROUPS = {
-    # Two moments nearly equal, flat or nearly a sphere, and special beta0.
+    # Bodies with two nearly equal moments, flat or nearly spherical bodies, and special beta0.
     "bodies": (
         Extreme("A3 = A2 + 0.05", A=("1.5", "1", "1.05"), most=8),
         Extreme("A3 = A2 + 0.01", A=("1.5", "1", "1.01"), most=4),
@@ -51,14 +51,14 @@ GROUPS = {
         Extreme("A3 = A1 - 0.01", A=("2", "1", "1.99"), most=4),
         Extreme("A3 = A1 - 0.001", A=("2", "1", "1.999"), most=2),
         Extreme("flat", A=("2", "1/2", "3/2")),
-        # nu is 157, and the separatrices split by exp(-157).
+        # nu is 157, and the surfaces split by exp(-157).
         Extreme("near-spherical, 2 %", A=("1.01", "0.99", "1"), most=2),
         Extreme("beta0 = 0", r=("1", "0", "0")),
         Extreme("beta0 = pi", r=("0", "1", "0")),
         Extreme("Hess", r=("1", "sqrt(2)", "0")),
         Extreme("Grioli", r=("1", "1", "0")),
     ),
-    # Weights from none to nearly h0, where the pendulum nearly stops at the top.
+    # Weights from zero to nearly h0, at which the pendulum nearly stops at the top.
     "energies": (
         Extreme("mu = 1e-60 h0", mu="1.3342e-60", most=2),
         Extreme("mu = 1e-90 h0", mu="1.3342e-90", most=2),
@@ -99,7 +99,7 @@ PLACES = (
 
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
-    """Every extreme, and starts on and beside the separatrices."""
+    """Trials of every extreme, and of starts on and beside the separatrices."""
     sizes = asked.extremes
     for kind, members in GROUPS.items():
         for extreme in members:
@@ -109,14 +109,14 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
 
 
 def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) -> Trial:
-    """Both claims of a route problem, of so many orbits and symbols, and their measurement."""
+    """Trial of a route problem: both claims and their measurement."""
     phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
 
     def measure() -> Findings:
         body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most)
         problem = RouteProblem(body, exact(extreme.h0), exact(extreme.J1_0), n)
         found = scenes.routes(problem, phases, jobs)
-        # An uncertain symbol promises nothing, so that it may be wrong.
+        # Uncertain symbols may be wrong: only certain ones count.
         worst = np.max(_errors(problem, found, phases, jobs), where=found.certain, initial=0.0)
         return [worst, 1 - found.certain.mean()], {}
 
@@ -142,7 +142,7 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
 def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], jobs: int) -> Array:
     """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
     errors = np.zeros(found.codes.shape)
-    # What took 113 bits or more is held against integers of more bits.
+    # Symbols that took 113 bits or more are compared with integers of more bits.
     exacting = found.bits >= scenes.BITS
     for mask, engine, bits in (
         (~exacting, "taylor", scenes.BITS),
@@ -158,12 +158,12 @@ def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], j
 
 
 def start_trial(body: Body, place: Place, jobs: int, columns: int, n_crossings: int) -> Trial:
-    """The claim of a start: doubles err as predicted against the same numbers in 113 bits."""
+    """Trial of a start: errors of doubles, against the same start in 113 bits, are as predicted."""
 
     def measure() -> Findings:
         scene, phases = Scene(body, place.J1 + place.J2mJ1, jobs), exacts(PHASES[:columns])
         states = np.stack([place.state(body, float(x)) for x in phases], axis=1)
-        # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
+        # From a distance of 1e-300 an orbit takes some 700/u to leave: ln(1e300) = 691.
         errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)
         return [np.max(errors / (predicted + floor))], {}
 

@@ -1,12 +1,12 @@
-"""Trials of what is said of orbits: no wrong symbol is certain, found orbits have their code.
+"""Trials of statements on orbits: no wrong symbol is certain, found orbits have their code.
 
-Computations are spoilt, so that wrong symbols come: tolerances, and the tables of return maps, one
-of three or all, by smooth functions of a given size. The integrated sample, which would discard
-such maps at once, is left out, so that the flags stand alone.
+Computations are spoilt to produce wrong symbols: by coarse tolerances, and by smooth functions of a
+given size added to the tables of return maps, of one of three or of all. The integrated sample,
+which would reject such maps at once, is left out, so that only the flags are tested.
 
-The truth comes from principal axes; where they differ from the default run anywhere, from more bits
-there, at last 113. So the default run is judged like all others, and a wrong symbol is missed only
-if both formulations err alike. Some orbits go to 113 bits at once.
+The truth comes from principal axes; orbits on which these differ from the default run are repeated
+in more bits, at last 113. So the default run is judged like all others, and a wrong symbol is
+missed only if both formulations err alike. Some orbits go to 113 bits in any case.
 
 Orbits found from random codes and addresses of random bodies are read back by integration.
 """
@@ -38,11 +38,11 @@ from rigidpend.routes.symbolic import Address, FoundOrbit, NoOrbit, address_of, 
 Codes = NDArray[np.uint8]
 
 STARTS = ("1e-6", "1e-8", "1e-10")
-"""J1_0 of a third of the orbits each."""
+"""Values of J1_0, each for a third of the orbits."""
 N_SYMBOLS = 15
 """Symbols on each orbit."""
 SPOILT_RIGHT = 0.999
-"""Share of right symbols at the coarsest tolerance above which the trial shows nothing.
+"""Share of right symbols at the coarsest tolerance above which the trial tests nothing.
 
 For 1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
 LIES, NO_LIE = "wrong symbols called certain", "no wrong symbol is called certain"
@@ -50,18 +50,18 @@ TESTED = "where nothing goes wrong, or is in doubt, flags are not put to the tes
 HARD = RouteProblem(Body((2, 1, "3/2"), (1, 1, 0), "1/1000"), exact("1.3342"), exact(1e-8), 32)
 """The problem of the hard orbit: the body of Fig. 4, and twice as many symbols."""
 HARD_PHASE = 3.453198983306014
-"""An orbit whose error outruns the difference of two computations twentyfold, at 64 bits."""
+"""Phase of an orbit whose error is twenty times the difference of two computations in 64 bits."""
 HARD_CLAIM = Claim(
     "lies on a hard orbit", 0, f"{LIES}, of 32", f"{NO_LIE}, whatever precision decides"
 )
 SPOILT_MAPS = [(which, size) for which in ("one", "all") for size in ("1e-15", "1e-12", "1e-9")]
-"""The maps that are spoilt, the first or all of them, and by how much, relative."""
+"""The spoilt maps, the first or all of them, and the relative size of the change."""
 MAPS_CERTAIN = 0.5
-"""Share of certain symbols at the largest size above which the trial shows nothing.
+"""Share of certain symbols at the largest size above which the trial tests nothing.
 
-Three maps that are off by 1e-12 leave a tenth certain, of 300 other orbits."""
+Three maps changed by 1e-12 left a tenth of the symbols of 300 other orbits certain."""
 CLIMBING = 100
-"""One orbit in so many is followed in 64 bits too, and in 106 where integration takes part.
+"""One orbit in this many also climbs to 64 bits, and to 106 if integration takes part.
 
 Each takes hundreds of times as long as in doubles, and spoilt maps leave most symbols open."""
 MAPS_CLAIMS = (
@@ -77,19 +77,20 @@ DELAY = 1e-9
 
 A map may err by 2^13 roundings, 1e-12, of a passage's time, which is 100 t' at most; ten add up."""
 LONGER = 2, 6
-"""Half rotations by which passages of a random address are longer than the shortest, one beyond.
+"""Range (end excluded) of half rotations added to the shortest passages for a random address.
 
-Such an address has half of the symbols, for each half rotation takes half a digit of theta2_0."""
+Such an address has half of the symbols, because each half rotation costs half a digit of
+theta2_0."""
 DIGITS = 26
-"""Digits of theta2_0: they are found in 106 bits, fewer than those that read the address."""
+"""Digits of theta2_0, found in 106 bits: fewer bits than those that read the address back."""
 
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
-    """A hard orbit, spoilt tolerances at each start, spoilt maps, and orbits of random codes."""
+    """Trials of a hard orbit, spoilt tolerances for each J1_0, spoilt maps, and random codes."""
     sizes, n = asked.honesty, len(STARTS)
     yield hard_trial()
     for k, J1_0 in enumerate(STARTS):
-        # What the division leaves goes to the first starts, so that no orbit is lost.
+        # The remainder of the division goes to the first starts, so that no orbit is lost.
         orbits, checked = (x // n + (k < x % n) for x in (sizes.orbits, sizes.checked))
         yield trial(asked, J1_0, orbits, checked, jobs)
     problem = RouteProblem(asked.body, asked.h0, asked.J1_0, N_SYMBOLS)
@@ -103,9 +104,9 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
 
 
 def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
-    """Doubles alone at spoilt tolerances, and the default run, against the truth.
+    """Trial of doubles alone at spoilt tolerances, and of the default run, against the truth.
 
-    Of the orbits so many are `checked` in 113 bits in any case.
+    The first `checked` orbits are followed in 113 bits in any case.
     """
     tolerances, at = [str(x) for x in asked.honesty.tolerances], f"J1_0 = {J1_0}"
     names = [*(f"lies at {x}, {at}" for x in tolerances), f"lies by default, {at}"]
@@ -128,12 +129,12 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
     )  # fmt: skip
 
     def measure() -> Findings:
-        # Other phases for each J1_0, and the same in every run.
+        # Different phases for each J1_0, but the same in every run.
         phases = random_phases(orbits, (asked.seed, *J1_0.encode()))
         problem = RouteProblem(asked.body, asked.h0, exact(J1_0), N_SYMBOLS)
         default = scenes.routes(problem, phases, jobs)
         true = true_codes(problem, phases, default.codes, checked, jobs)
-        # A tolerance spoils integrations; the maps' tables have a trial of their own.
+        # A tolerance spoils only integrations; the maps' tables have a trial of their own.
         alone = [
             scenes.routes(problem, phases, jobs, (53,), float(x), "integration") for x in tolerances
         ]
@@ -155,9 +156,9 @@ def true_codes(
 ) -> Codes:
     """The symbols of orbits from an independent formulation.
 
-    Where nothing differs from `doubted`, which a run found, doubles are enough; the first
-    `checked` orbits are followed in 113 bits in any case. Without heyoka those alone are known,
-    from integers of 113 bits, and the others left out.
+    Doubles suffice for orbits on which nothing differs from `doubted`, the symbols of a run; the
+    first `checked` orbits are followed in 113 bits in any case. Without heyoka only those are
+    known, from integers of 113 bits, and the others are left out.
     """
     first = phases[:checked]
     if not principal_axes.installed():
@@ -171,7 +172,7 @@ def true_codes(
 
 
 def hard_trial() -> Trial:
-    """The default precisions on the orbit on which two computations once hid a radian."""
+    """Trial of the default precisions on an orbit whose error two computations once hid."""
 
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
@@ -183,16 +184,16 @@ def hard_trial() -> Trial:
 
 
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
-    """The map with every table off by a smooth function of a relative size."""
+    """A copy of the map with a smooth function of a relative size added to every table."""
     random = np.random.default_rng(seed)
     charts = []
     for chart in made.charts:
         tables = []
         for table in chart:
-            # A copy, of doubles or of pairs of them.
+            # Adding 0.0 copies an array of doubles as well as one of pairs.
             values = table.values + 0.0
-            # The lowest coefficients alone: an error that is smooth, as a
-            # wrong series has it, and no noise.
+            # Only the lowest coefficients: a smooth error, as of a wrong
+            # series, and not noise.
             values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
             tables.append(table._replace(values=values))
         charts.append(type(chart)(*tables))
@@ -200,7 +201,7 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
 
 
 def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
-    """The maps of some orbits, the first or all of them spoilt."""
+    """The maps of a run, the first or all of them spoilt."""
 
     class Spoilt(mapped.Maps):
         def made(self, bits: int, design: Design) -> ReturnMap:
@@ -213,7 +214,7 @@ def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
 
 
 def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Trial:
-    """Codes by spoilt maps in doubles, and of some orbits in more bits too, against the truth."""
+    """Trial of codes by spoilt maps in doubles, for some orbits also in more bits."""
 
     def measure() -> Findings:
         phases = random_phases(orbits, (seed, orbits))
@@ -238,7 +239,7 @@ def _flagged(
     for precisions, chosen in (((53,), slice(None)), ((53, 64), some), ((53, 64, 106), some)):
         arithmetic = resolve("taylor", None, precisions)
         run = Run(problem, Phases(phases[chosen]), arithmetic, jobs)
-        # The integrated sample would discard such maps.
+        # Without the integrated sample, which would reject such maps.
         found = choice.by_maps(spoilt_maps(run, size, every), sampled=False).decided
         wrong.append(symbols(found.crossings.separatrix) != true[:, chosen])
         certain.append(found.certain)
@@ -246,9 +247,9 @@ def _flagged(
 
 
 def drawn(seed: int, n_symbols: int) -> RouteProblem:
-    """A problem with three distinct moments, the centre of gravity and the weight by lot."""
+    """A problem with random distinct moments, centre of gravity and weight."""
     random = np.random.default_rng(seed)
-    # Far from two equal moments, where passages take hundreds of rotations; A2 = 1.
+    # Moments are kept apart, since near equal ones passages take hundreds of rotations; A2 = 1.
     A1 = random.uniform(1.6, 2)
     A3 = 1 + (A1 - 1) * random.uniform(0.35, 0.75)
     angle, h0 = random.uniform(0.2, 1.3), random.uniform(0.8, 1.6)
@@ -259,7 +260,7 @@ def drawn(seed: int, n_symbols: int) -> RouteProblem:
 
 
 def address_trial(name: str, problem: RouteProblem, words: int, seed: int) -> Trial:
-    """Random words of a problem's body, of its number of symbols, found and read back."""
+    """Trial of orbits found from random words of a problem's length, and read back."""
     n = problem.n_symbols
 
     def measure() -> Findings:
@@ -300,13 +301,13 @@ def address_trial(name: str, problem: RouteProblem, words: int, seed: int) -> Tr
 
 
 def _longer(address: Address, n: int, random: np.random.Generator) -> Address:
-    """The first n symbols of an address, with more half rotations by lot."""
+    """The first n symbols of an address, with random further half rotations."""
     turns = np.add(address.half_turns or (), random.integers(*LONGER, len(address.symbols)))
     return Address(address.first, address.symbols[:n], tuple(int(k) for k in turns[:n]))
 
 
 def _read_back(problem: RouteProblem, found: FoundOrbit) -> bool:
-    """True if more bits than those that found an orbit tell all of its address."""
+    """True if integration in more bits than found the orbit gives its whole address."""
     n = len(found.address.symbols)
     start: Any = {"h0": problem.h0, "J1_0": problem.J1_0}
     own = address_of(problem.body, found.theta2_0, **start, n_symbols=n, precisions=(BITS,))

@@ -1,7 +1,7 @@
-"""Growth of errors from passage to passage, and the symbols that it decides, predicted first.
+"""Growth of errors from passage to passage, and the number of symbols decided, predicted first.
 
-Every step of an integrator rounds every component once. The variational equations carry what it
-does to the orbit; the roundings are independent, so their squares add. Nothing is fitted.
+Every step of an integrator rounds every component once. The variational equations propagate these
+roundings along the orbit; they are independent, so their squares add. Nothing is fitted.
 """
 
 from __future__ import annotations
@@ -33,40 +33,40 @@ from rigidpend.routes.problem import RouteProblem, whisker_growth
 ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
 """Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).
 
-It is 1/sqrt(12) of the mantissa's last bit, the mantissa being distributed as 1/m over 1 to 2."""
+It is 1/sqrt(12) of the mantissa's last bit; the mantissa m has the density 1/(m ln 2) on 1 to 2."""
 NOISE = ROUNDING * 2.0**-52
-"""Root mean square relative error of a step in doubles: the series' own error is below rounding."""
+"""Root mean square relative error of a step in doubles; the truncation error is smaller."""
 SHARE = math.exp(-2)
 """Step of a Taylor series over its radius of convergence."""
 SAMPLES = 0.2
 """Time between samples of a tangent vector, in units of 1/u."""
 DEVIATIONS = 10
-"""Bound over predicted root mean square, where one orbit's error is measured."""
+"""Bound for the error of a single orbit, in units of its predicted root mean square."""
 TOLERANCE = 1e-11
 """Tolerance of the variational equations: a prediction needs three digits."""
 
 FACTOR = 3.0
 """Allowed factor between a measured error and the predicted one."""
 SIGMAS = 4.0
-"""Standard errors within which two means, or two medians, are equal."""
+"""Standard errors within which two means, or two medians, count as equal."""
 LOG_NORMAL = math.pi / math.sqrt(8)
 """Standard deviation of the logarithm of the size of a normal error."""
 LOG_PASSAGE = math.pi / 2
-"""Standard deviation of ln of the growth a passage, if phases were random.
+"""Standard deviation of ln of the growth in a passage, if phases were random.
 
-It is that of ln of the size of a Cauchy variable, see `routes.problem.whisker_growth`."""
+It is that of ln|x| for a Cauchy variable x; see `routes.problem.whisker_growth`."""
 UNDECIDED = 1e-3
-"""Radians by which two computations differ where a symbol is no longer decided by them."""
+"""Difference of two computations, radians, above which they no longer decide a symbol."""
 GEOMETRIC = math.exp(-(np.euler_gamma + math.log(2)) / 2)
-"""The geometric mean of the size of a normal error over its root mean square."""
+"""Geometric mean of the size of a normal error over its root mean square."""
 SETTLED = 3
-"""The crossing from which on errors exceed what a time in doubles can hold."""
+"""Crossing from which on errors exceed the rounding of a time in doubles."""
 LEVEL = 5
-"""The crossing up to which roundings are added up; then they grow like any error."""
+"""Crossing up to which roundings are summed; from there on the sum grows like any error."""
 LEVEL_ERROR = 1.0
-"""Symbols by which a factor two in the size of roundings shifts the prediction."""
+"""Shift of the predicted number of symbols by a factor two in the size of roundings."""
 SYMBOLS_PER_BIT = 1.5
-"""Number of symbols that are asked for per bit, so that no precision decides all."""
+"""Number of symbols computed per bit, so that no precision decides all of them."""
 
 
 def step(u: float) -> float:
@@ -78,33 +78,37 @@ def step(u: float) -> float:
 
 
 def predicted_errors(scene: Scene, states: Array, crossings: Array) -> Array:
-    """The root mean square errors of crossings in doubles, in radians, (k, n).
+    """Predicted root mean square errors of crossings in doubles, in radians, (k, n).
 
     `states` are (6, n), at time 0; `crossings` their times t', (k, n).
     """
     times, orbits, errors = deviations(scene, states, crossings.max())
-    # As in a Newton step: a deviation of M3 shifts the crossing by that over M3'.
+    # As in a Newton step: a deviation of M3 shifts the crossing in time by itself over M3'.
     shifts = scene.rate * np.abs(errors[:, 2] / aligned(orbits.swapaxes(0, 1), scene.c)[2])
     each = zip(crossings.T, shifts.T, strict=True)
     return np.array([np.interp(own, times, shift) for own, shift in each]).T
 
 
 def deviations(scene: Scene, states: Array, end: float) -> tuple[Array, Array, Array]:
-    """Times of an integrator's steps to t' = `end`, and orbits there in doubles, (k, 6, n).
+    """Times of an integrator's steps to t' = `end`, orbits there, (k, 6, n), and their errors.
 
-    And root mean square errors of their components, from one rounding of each a step: six vectors,
-    whose squares add up to the covariance, are carried along; those of the roundings join them, and
-    a triangle makes six of twelve. In the covariance itself what is small would be lost.
+    The errors are root mean squares of the components, from one rounding of each in every step.
+    Six vectors, a square root of the covariance, are propagated; in each step six vectors of
+    roundings join, and a QR factorisation reduces twelve to six. The covariance itself would lose
+    its small parts to rounding.
     """
     field, (_, n) = with_tangent(scene.c), states.shape
     times = np.linspace(0.0, end, 2 + int(abs(end) / step(scene.u)))
     found, vectors = [(states, np.zeros(states.shape))], np.zeros((6, 6, n))
     for _ in times[1:]:
+        # One integration carries each orbit with each of its six vectors: 12 rows, 6 n columns.
         here = np.broadcast_to(states[:, None], vectors.shape)
         start = np.concatenate((here, vectors)).reshape(12, -1)
         y = states_at(field, start, times[1:2])[:, 0].reshape(12, 6, n)
         states = y[:6, 0]
+        # Axes are component, vector, orbit: six old vectors, and a rounding of each component.
         twelve = np.concatenate((y[6:], NOISE * states * np.eye(6)[:, :, None]), axis=1)
+        # With the vectors of an orbit as rows of V, R^T R = V^T V: the covariance stays the same.
         triangle: Any = np.linalg.qr(twelve.transpose(2, 1, 0), mode="r")
         vectors = triangle.transpose(2, 1, 0)
         found.append((states, np.linalg.norm(vectors, axis=1)))
@@ -113,9 +117,9 @@ def deviations(scene: Scene, states: Array, end: float) -> tuple[Array, Array, A
 
 
 def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
-    """Crossing times of an orbit, and ln of how much a small error of the phase has grown there.
+    """Crossing times of an orbit, and the logarithm of the growth of a small phase error there.
 
-    The orbit is followed to t' = `until`; both are (k,) arrays, and the growth at the first
+    The orbit is followed to t' = `until`; both are (k,) arrays, and the logarithm at the first
     crossing is 0.
     """
     times = np.arange(0.0, until, SAMPLES / scene.u)
@@ -124,6 +128,7 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     y = states_at(with_tangent(scene.c), start, times, tolerance=TOLERANCE)
     M3 = y[2]
     k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
+    # Between samples M3 and its deviation are taken as linear, which is enough for a prediction.
     share = M3[k] / (M3[k] - M3[k + 1])
     shift = (y[8, k] + share * (y[8, k + 1] - y[8, k])) / aligned(y[:6, k], scene.c)[2]
     logarithm = np.log(np.abs(shift))
@@ -133,11 +138,12 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
 def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
     """The aligned field of 12 components: an orbit, and a small deviation from it.
 
-    Over many passages the deviation grows by more than doubles have digits, so that a difference
-    along it, as `routes.symbolic.stretching` takes it, would lose the orbit.
+    Over many passages the deviation grows by more digits than doubles have, so that a difference
+    of orbits, as in `routes.symbolic.stretching`, would leave the orbit.
     """
 
     def field(y: Scalar) -> list[Any]:
+        # The derivative of the field in a direction is linear in it: a sum of those along the axes.
         columns = (aligned_along(y[:6], axis, c) for axis in np.eye(6).tolist())
         rows = zip(*columns, strict=True)
         along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
@@ -149,12 +155,12 @@ def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
 def compared(
     scene: Scene, states: Array, n_crossings: int, limit: float
 ) -> tuple[Array, Array, Array]:
-    """Phase errors of doubles, against 113 bits, and as predicted, and the last bit of the times.
+    """Phase errors of doubles against 113 bits, predicted errors, and the last bit of the times.
 
     All are in radians, (n_crossings, n); each passage may take t' = `limit`.
     """
     orbits = Orbits(scene.c, states, n_crossings, limit)
-    # The truth of the very same doubles: what rounds their starts is no error of integration.
+    # The truth starts from the same doubles, so that rounding of the start is not counted.
     found, true = followed(scene, orbits), followed(scene, orbits, BITS)
     predicted = predicted_errors(scene, states, true.time)
     floor = scene.rate * np.spacing(true.time)
@@ -162,7 +168,7 @@ def compared(
 
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
-    """The growth of errors, and what each precision decides."""
+    """Trials of the growth of errors, and of the symbols that each precision decides."""
     sizes, scene = asked.passages, scenes.of_problem(asked, jobs)
     yield growth_trial(scene, float(asked.J1_0), sizes.orbits, sizes.n_crossings)
     for bits, columns in sizes.columns.items():
@@ -174,12 +180,13 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
 
 
 def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Trial:
-    """Errors of doubles at each crossing, measured against 113 bits, and predicted."""
+    """Trial of the errors of doubles at each crossing, measured against 113 bits and predicted."""
 
     def measure() -> Findings:
         given = scene.starts(orbits, J1), n_crossings, 500 / scene.u
         measured, predicted, floor = compared(scene, *given)
         slopes = np.array([slopes_of(x) for x in (measured, predicted)])
+        # Each error over its own prediction, so that no single orbit dominates the mean.
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
         growth = np.exp(slopes.mean(axis=1))
         curve = {
@@ -215,17 +222,18 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
 def slope_spread(orbits: int, n_crossings: int) -> float:
     """`SIGMAS` standard errors of the mean slope of so many orbits' logarithms of errors."""
     number = np.arange(SETTLED, n_crossings)
+    # The standard error of a fitted slope, sigma/sqrt(n var x), averaged over the orbits.
     return float(SIGMAS * LOG_NORMAL / math.sqrt(orbits * number.size * number.var()))
 
 
 def slopes_of(errors: Array) -> Array:
-    """ln of the growth a passage of each orbit, where times in doubles can tell its errors."""
+    """Mean ln of the growth per passage of each orbit, from crossings with resolvable errors."""
     number = np.arange(SETTLED, len(errors))
     return np.asarray(np.polyfit(number, _logarithm(errors[SETTLED:]), 1)[0])
 
 
 def _logarithm(errors: Array) -> Array:
-    # What rounds to no error counts as half a unit in the last place of 1.
+    # An error that rounds to 0 counts as half a unit in the last place of 1.
     return np.asarray(np.log(np.maximum(errors, 2.0**-53)))
 
 
@@ -234,8 +242,8 @@ def decided_trial(
 ) -> Trial:
     """Trial of the number of symbols that one precision decides alone, predicted and measured.
 
-    Of so many `columns`, some are `checked` by a higher precision; `tangents` are the orbits of
-    which the growth is taken.
+    `columns` is the number of orbits, of which `checked` are compared with a higher precision, and
+    `tangents` the number of orbits from which the growth is predicted.
     """
     claims = [
         Claim(
@@ -266,14 +274,14 @@ def decided_trial(
 
 
 def finer(bits: int) -> int:
-    """The precision that judges what `bits` bits decide: half as many bits again at least."""
+    """The precision that judges symbols decided in `bits` bits: at least 1.5 times as many."""
     return BITS if 3 * bits <= 2 * BITS else 2 * bits
 
 
 def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, jobs: int) -> float:
-    """Symbols that are called certain and that a higher precision contradicts."""
+    """Number of symbols called certain that a higher precision contradicts."""
     bits = finer(int(found.bits[0]))
-    # Above 113 bits integers compute: they share no arithmetic with what they judge.
+    # Above 113 bits integers judge, which share no arithmetic with the kernel.
     engine = "taylor" if bits == BITS else "scipy"
     known = scenes.routes(problem, phases, jobs, (bits,), engine=engine)
     differ = found.codes[:, : phases.size] != known.codes
@@ -283,27 +291,28 @@ def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, jobs: int) -
 def predicted_symbols(
     scene: Scene, problem: RouteProblem, bits: int, tangents: int
 ) -> NDArray[np.int64]:
-    """Symbols that a precision decides on each of some orbits, from the variational equations.
+    """Predicted number of symbols that a precision decides on each of some orbits.
 
-    The error at crossing `LEVEL` is carried on by a tangent vector. Two computations that round
-    independently differ by sqrt(2) times it.
+    A tangent vector propagates the error at crossing `LEVEL`. Two computations that round
+    independently differ by sqrt(2) times this error.
     """
     n = problem.n_symbols
-    # A mean passage in units of 1/u, at most: from a distance mu/h0 to one and back, and more.
+    # Upper bound of a mean passage, in 1/u: from a distance mu/h0 to one and back, and a margin.
     passage = 2 * math.log(scene.h0 / scene.body.angles().mu) + 8
     starts = scene.starts(tangents, float(problem.J1_0))
     each = [growths(scene, x, n * passage / scene.u) for x in starts.T]
     known = np.stack([times[: LEVEL + 1] for times, _ in each], axis=1)
     numbers = []
     for there, (_, grown) in zip(predicted_errors(scene, starts, known)[-1], each, strict=True):
-        # In other precisions roundings are larger or smaller, and what becomes of them is the same.
+        # Other precisions only scale the roundings: their growth is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
         numbers.append(decided(difference[: n + 1]))
     return np.array(numbers)
 
 
 def decided(differences: Array) -> int:
-    """Count the decided symbols: crossings behind the first, while computations agree."""
+    """Count the decided symbols: crossings after the first, as long as computations agree."""
+    # Symbol i ends at crossing i, counted from 0: a first disagreement at k leaves k - 1 symbols.
     beyond = differences > UNDECIDED
     return max(0, int(beyond.argmax()) - 1 if beyond.any() else differences.size - 1)
 
@@ -311,9 +320,10 @@ def decided(differences: Array) -> int:
 def median_spread(bits: int, columns: int, tangents: int, nu: float) -> float:
     """`SIGMAS` standard errors of the difference of two medians of numbers decided.
 
-    An error grows from 2^-bits to one as a random walk of its logarithm, of mean step g and
-    deviation `LOG_PASSAGE`; it takes n = bits ln 2/g passages, give or take LOG_PASSAGE sqrt(n)/g.
+    The logarithm of an error grows from -bits ln 2 to 0 in a random walk with mean step g and
+    deviation `LOG_PASSAGE`, in n = bits ln 2/g passages with a deviation of LOG_PASSAGE sqrt(n)/g.
     """
     g = math.log(whisker_growth(nu))
     deviation = LOG_PASSAGE * math.sqrt(bits * math.log(2) / g) / g
+    # The variance of a median of n normal values is pi/2 of that of their mean.
     return SIGMAS * deviation * math.sqrt(math.pi / 2 * (1 / columns + 1 / tangents))

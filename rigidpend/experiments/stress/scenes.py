@@ -1,7 +1,7 @@
-"""Claims that a run may refute, and the scenes that trials share: orbits, starts, distances.
+"""Claims that a run may refute, and scenes that trials share: orbits, starts, distances.
 
-A claim has its bound, and its known limit, before the run. The truth about doubles has 113 bits;
-about more bits it comes from integers.
+A claim has its bound, and its known limit, before the run. The truth for doubles is computed in
+113 bits; for more bits it comes from integers.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run
 
 BITS = 113
-"""Precision of the truth about what fewer bits decided."""
+"""Precision of the truth for orbits decided in fewer bits."""
 INTEGER_BITS = 192
-"""Precision, in integers, of the truth about what took `BITS` or more.
+"""Precision, in integers, of the truth for orbits decided in `BITS` or more.
 
-It is above the last of the default precisions, so that nothing judges itself."""
+It is above the last of the default precisions, so that no computation judges itself."""
 
 
 class Claim(NamedTuple):
@@ -46,17 +46,17 @@ class Claim(NamedTuple):
     bound: float
     """The largest value that passes."""
     measured: str
-    """The meaning of the number."""
+    """The meaning of the measured number."""
     reason: str
     """Reason for the bound."""
     unit: str = "1"
     limit: str = ""
-    """Reason for which its bound is known to be exceeded, where it is."""
+    """Reason for a known excess over the bound; empty if none is known."""
     up_to: float = -math.inf
-    """The largest value that this explains."""
+    """The largest value that this reason explains."""
 
     def told(self, value: float, note: str) -> Tree:
-        """The claim with what was found, as it is stored; NaN, which is no measurement, fails."""
+        """The claim with the measured value, as it is stored; NaN, no measurement, fails."""
         ratio = value / self.bound if self.bound else math.inf if value else 0.0
         return {
             **self._asdict(),
@@ -70,7 +70,7 @@ class Claim(NamedTuple):
 
 
 Findings: TypeAlias = tuple[Sequence[float], Data]
-"""A number for each claim of a trial, in their order; values behind them, as in `CURVES`."""
+"""A number for each claim of a trial, in order, and the curves behind them, as in `CURVES`."""
 
 
 class Trial(NamedTuple):
@@ -83,11 +83,11 @@ class Trial(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Its name in a file and on the disk, which bears no blank, slash or bracket."""
+        """Name in result files and on disk, without blanks, slashes and brackets."""
         return re.sub(r"[^A-Za-z0-9.-]+", "_", self.name).strip("_")
 
     def tried(self) -> Tree:
-        """Measure; what is refused refutes all that is claimed."""
+        """Measure, and store the claims; a refusal to compute refutes all of them."""
         note = ""
         try:
             values, curve = self.measure()
@@ -99,14 +99,14 @@ class Trial(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Place where orbits start, with a bound of their own instead of a route problem."""
+    """Place where orbits start, with a bound of its own instead of a route problem."""
 
     name: str
     separatrix: int
     J1: float
     J2mJ1: float
     aside: float = 0.0
-    """theta1 from the separatrix, radians."""
+    """Distance from the separatrix in theta1, radians."""
     J3: float = 0.0
 
     def state(self, body: Body, theta2: float) -> Array:
@@ -117,7 +117,7 @@ class Place(NamedTuple):
         at = float(theta1(self.separatrix, p, np)) + self.aside
         c = Canonical(self.J1, self.J2mJ1, self.J3, at, theta2, 0.0, cosq)
         made = aligned_from_canonical(c, p.alpha0, p.beta0)
-        # The sine of a rounded theta1 is not quite 0, which the start must not depend on.
+        # The sine of a rounded theta1 is not exactly 0, as Q must be on the separatrix.
         if not self.aside:
             made = made._replace(**{"Qm" if self.separatrix in (2, 4) else "Qp": 0.0})
         return np.array(made)
@@ -129,13 +129,13 @@ class Scene(NamedTuple):
     body: Body
     J2: float
     jobs: int = 1
-    """Computations at a time."""
+    """Number of computations at a time."""
     seed: int = 1
     """Seed of random phases."""
 
     @property
     def c(self) -> AlignedCoefficients:
-        """The body for an engine in doubles."""
+        """Coefficients of the body for an engine in doubles."""
         return AlignedCoefficients(*map(float, aligned_coefficients(self.body.angles(), np)))
 
     @property
@@ -145,7 +145,7 @@ class Scene(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Radians per t', at most."""
+        """Largest rate of the phase, radians per t'."""
         return fastest_rate(self.J2, self.body.angles(), math)
 
     @property
@@ -155,7 +155,7 @@ class Scene(NamedTuple):
 
     @property
     def rotation(self) -> float:
-        """t' of a rotation without weight."""
+        """Time t' of a rotation without weight."""
         return 2 * math.pi / (self.body.kappa * self.J2)
 
     def starts(self, n: int, J1: float, J3: float = 0.0) -> Array:
@@ -177,7 +177,7 @@ def random_phases(n: int, seed: Any) -> Array:
 
 
 def followed(scene: Scene, orbits: Orbits, bits: int = 53) -> Crossings:
-    """The crossings of orbits at the default tolerance; of more bits those of the same doubles."""
+    """The crossings of orbits at the default tolerance, in `bits` bits from the same doubles."""
     if bits > 53:
         coefficients = AlignedCoefficients(*map(Fraction, orbits.coefficients))
         states = np.vectorize(Fraction, otypes=[object])(orbits.states)
@@ -216,8 +216,8 @@ def route_crossings(
 def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:
     """Distances of crossings from the true ones, (n_crossings, n), in radians.
 
-    Times of both are in one unit, in which `rate` is the radians. It is infinite where the
-    separatrix is another one, or where only one of both crosses.
+    Times of both are in one unit, in which `rate` is in radians. The distance is infinite where
+    the separatrices differ, or where only one of both crosses.
     """
     apart = rate * np.abs(found.time - true.time)
     absent = (found.separatrix == 0) & (true.separatrix == 0)

@@ -1,4 +1,4 @@
-"""The config of `experiment: stress`: trials at the limits of what the package says."""
+"""The config of `experiment: stress`: trials at the limits of the package's claims."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ class LongTime(Part):
     """Length of the trials of integrals, in rotations of the pendulum."""
 
     rotations: Annotated[Count, Field(ge=1000)] = 10**6
-    """Rotations that are followed."""
+    """Number of rotations that are followed."""
     orbits: Count = 32
-    """Orbits that are carried at once."""
+    """Number of orbits that are followed."""
 
 
 class Extremes(Part):
     """Bodies, energies and starts at the ends of their ranges."""
 
     columns: Annotated[Whole, Field(ge=1, le=8)] = 8
-    """Orbits of each."""
+    """Number of orbits for each."""
     n_symbols: Annotated[Whole, Field(ge=1, le=15)] = 15
     """Symbols on each orbit, fewer where a passage takes many rotations."""
 
@@ -36,20 +36,20 @@ class Passages(Part):
     """Growth of errors from passage to passage."""
 
     orbits: Count = 64
-    """Whose errors are measured."""
+    """Number of orbits whose errors are measured."""
     n_crossings: Annotated[Whole, Field(ge=8, le=20)] = 16
-    """On each orbit."""
+    """Number of crossings on each orbit."""
     columns: dict[Literal["53", "64", "106", "113"], Count]
-    """Orbits on which each precision decides what it can."""
+    """Number of orbits on which each precision decides as many symbols as it can."""
     checked: dict[Literal["53", "64", "106", "113"], Count]
-    """Number of them that are held against a higher precision."""
+    """Number of them that are compared with a higher precision."""
 
 
 class Honesty(Part):
     """Flags `certain` at spoilt tolerances."""
 
     orbits: Count = 100_000
-    """All of them at every tolerance."""
+    """Number of orbits, all followed at every tolerance."""
     checked: Annotated[Whole, Field(ge=3, le=10**5)] = 150
     """Number of them that are followed in principal axes in 113 bits in any case."""
     tolerances: Annotated[tuple[Spoilt, ...], Field(min_length=1, max_length=10)]
@@ -68,7 +68,7 @@ class Addresses(Part):
 
 
 class Problem(HeavyBody):
-    """The body of the trials that do not bring their own, and how much is tried."""
+    """The body of trials that have none of their own, and the numbers of trials."""
 
     h0: Number
     """Energy constant, h0 > mu, dimensionless."""

@@ -142,31 +142,29 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     n, compiled = orbits.states.shape[1], in_kernel(engine, bits)
     if not n:
         return no_crossings(orbits.n_crossings, 0)
-    work: Any
-    further: tuple[Any, ...] = bits, tolerance
-    if compiled:
-        from rigidpend.orbits.integrate import batch
-
-        work, count = batch.crossings, min(jobs, -(-n // batch.worth_a_thread(bits)))
-    elif bits == 53:
-        from rigidpend.orbits.integrate import dop853
-
-        # The parts must not depend on `jobs`: the orbits of a part share their steps.
-        work, further, count = dop853.crossings, (tolerance,), -(-n // dop853.SIDE_BY_SIDE)
-    else:
-        from rigidpend.orbits.integrate import reference_orbit
-
-        work, further, count = reference_orbit.crossings, (bits, engine, tolerance), n
+    work, further, together = _serving(engine, bits, tolerance)
+    # The orbits of a part may share their steps: only the kernel's parts may depend on `jobs`.
+    count = -(-n // together)
+    count = min(jobs, count) if compiled else count
     parts = [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]
     return joined(side_by_side(work, further, not compiled, parts, jobs))
 
 
 def on_one_thread(engine: str, bits: int, n: int) -> bool:
     """True if n orbits are too few to be shared by several threads or processes."""
-    if not in_kernel(engine, bits):
+    return n <= _serving(engine, bits, 0.0)[2]
+
+
+def _serving(engine: str, bits: int, tolerance: float) -> tuple[Any, tuple[Any, ...], int]:
+    """The function that finds crossings, its further arguments, and how many orbits to give it."""
+    if in_kernel(engine, bits):
+        from rigidpend.orbits.integrate import batch
+
+        return batch.crossings, (bits, tolerance), batch.worth_a_thread(bits)
+    if bits == 53:
         from rigidpend.orbits.integrate import dop853
 
-        return n <= (dop853.SIDE_BY_SIDE if bits == 53 else 1)
-    from rigidpend.orbits.integrate import batch
+        return dop853.crossings, (tolerance,), dop853.SIDE_BY_SIDE
+    from rigidpend.orbits.integrate import reference_orbit
 
-    return n <= batch.worth_a_thread(bits)
+    return reference_orbit.crossings, (bits, engine, tolerance), 1

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import (
     Crossings,
@@ -31,7 +32,13 @@ from rigidpend.orbits.integrate.arithmetic import bits_of_numbers, rung
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, lanes_for
-from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
+from rigidpend.orbits.integrate.passages import (
+    UNDECIDED,
+    crosses,
+    crossings_of_series,
+    touch,
+    value_at,
+)
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -39,8 +46,6 @@ TOGETHER = {53: 512, 106: 64, 159: 16, 212: 8, 424: 8}
 """Number of orbits carried at a time, by bits: the kernel then works for 4 ms or more."""
 STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 8}
 """Number of steps in a call, by bits; half of them, on average, come after an orbit's end."""
-FEWEST = 8
-"""Least number of steps in a call; the notes have room for as many."""
 EXPECTED = 50
 """Steps that a passage is expected to take."""
 LONGER = 4
@@ -115,10 +120,9 @@ class Batch:
         """Steps for the next call: few if orbits are nearly done, many if none has long crossed."""
         left = int(self.orbits.n_crossings - self.lanes["count"].min())
         silence = int(self.lanes["silence"].min())
-        room = self.notes.size // self.width
-        usual = max(FEWEST, min(STEPS[self.kind], left * EXPECTED // 2))
+        usual = min(STEPS[self.kind], left * EXPECTED // 2)
         # Never more than the notes have room for, should each step of each lane be noted.
-        return min(max(usual, silence // LONGER), room, max(FEWEST, MAX_STEPS))
+        return min(max(usual, silence // LONGER), self.notes.size // self.width)
 
     def _told(self) -> str:
         """Progress of these orbits, in words."""
@@ -135,11 +139,8 @@ class Batch:
         # Lanes without an orbit repeat the first, whose numbers are harmless; their notes are
         # dropped below.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
-        depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
         given = self.states, self.width, self.times, self.parameters
-        # Twice the depth at the start of the call, since |M| changes on the way. The depth of each
-        # step's own |M| decides in `_isolated`.
-        count = self.kernel(*given, 2 * depth, groups, number, self.notes)
+        count = self.kernel(*given, touch(self.bits), groups, number, self.notes)
         taken = self.notes[:count]
         # Where series overflow nothing is known; `ended` finds the state that is not finite.
         return taken[np.isfinite(taken["after"]) & (taken["lane"] < m)]
@@ -211,7 +212,7 @@ def crossings_on(steps: Any, bits: int) -> Array:
 
     `UNDECIDED` stands in the place of the separatrix for a touch that is not decided.
     """
-    changed = (steps["series"][:, 2, 0, 0] < 0) != (steps["after"] < 0)
+    changed = crosses(steps["series"][:, 2, 0, 0], steps["after"])
     steady = steps["steady"] > 0
     # Newton's method may have met a slope of zero: its correction is then no number, and not exact.
     with np.errstate(invalid="ignore"):
@@ -224,9 +225,8 @@ def crossings_on(steps: Any, bits: int) -> Array:
 
 def _single(steps: Any) -> Array:
     """The one crossing on each step, as the kernel has found it."""
-    # The rule of `separatrix_beside`, for arrays.
-    up, down = np.where(steps["Qp"] > 0, 2, 4), np.where(steps["Qm"] < 0, 1, 3)
-    separatrix = np.where(steps["after"] >= 0, up, down)
+    rising = steps["series"][:, 2, 0, 0] < 0
+    separatrix = separatrix_beside(rising, steps["Qp"], steps["Qm"])
     return np.array([steps["lane"], steps["time"] + steps["zero"], separatrix])
 
 

@@ -9,6 +9,7 @@ known, one product adds all that they contribute to the other half (van der Hoev
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
@@ -150,9 +151,9 @@ class _Flow:
         self.terms: list[list[Any]] = [[] for _ in ALIGNED.lines]
         for line, value in zip(self.components, state, strict=True):
             self.terms[line].append(self.integer(value))
-        self.known = {i: [0] * (self.order + 1) for i, *_ in self.sums}
+        self.known: dict[int, list[Any]] = {i: [0] * (self.order + 1) for i, *_ in self.sums}
         """Contributions to the coefficients of products that are already added up, 2 P bits."""
-        self.heads: dict[tuple[int, int], Any] = {}
+        self.head = functools.cache(lambda i, count: self.polynomial(self.terms[i][:count]))
         """Beginnings of series as polynomials, by line and length: several products need them."""
         self._solve(0, self.order)
         series = [self.terms[line] for line in self.components]
@@ -179,27 +180,18 @@ class _Flow:
         # `middle` to end - 1 with those of the other factor below order end - first. These are
         # known, for end - first <= first, except where first = 0: there those below `middle` are.
         count = end - first if first else middle
-        parts: dict[int, Any] = {}
+        new = functools.cache(lambda i: self.polynomial(self.terms[i][first:middle]))
         for i, a, b in self.sums:
-            for x in (a, b):
-                if x not in parts:
-                    parts[x] = self.polynomial(self.terms[x][first:middle])
             # Coefficient n of these products belongs to order first + n.
-            total = parts[a].mul_low(self._head(b, count), end - first)
+            total = new(a).mul_low(self.head(b, count), end - first)
             if first:
                 # New orders of a with the beginning of b, and conversely. Two new ones belong to
                 # the order 2 first or more, which is not below `end`.
-                total += self._head(a, count).mul_low(parts[b], end - first)
+                total += self.head(a, count).mul_low(new(b), end - first)
             here = self.known[i]
             for k, more in enumerate(total.coeffs()[middle - first :], middle):
                 here[k] += more
         self._solve(middle, end)
-
-    def _head(self, i: int, count: int) -> Any:
-        """The first coefficients of a line as a polynomial."""
-        if (i, count) not in self.heads:
-            self.heads[i, count] = self.polynomial(self.terms[i][:count])
-        return self.heads[i, count]
 
     def _next_order(self, k: int, first: int) -> None:
         """Find the coefficients of order k; terms with both factors before `first` are `known`."""

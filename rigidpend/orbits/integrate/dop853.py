@@ -15,6 +15,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
+from rigidpend.orbits.integrate.passages import crosses
 
 SIDE_BY_SIDE = 64
 """Number of orbits in one system, all of which take the step of the most demanding orbit."""
@@ -52,11 +53,16 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
                 # The outcomes of the orbits in the system are still FAILED, as at the beginning.
                 return found
             # Two crossings within one step have no change of sign between them, and are missed.
-            crossed = np.flatnonzero(np.sign(before) * np.sign(states[2]) < 0)
-            columns, (Qp, Qm, M3) = active[crossed], states[:3, crossed]
+            crossed = np.flatnonzero(crosses(before, states[2]))
             if crossed.size:
-                last[columns] = found.time[count[columns], columns] = _zeros(solver, crossed)
-                beside = list(map(separatrix_beside, M3 > 0, Qp, Qm))
+                columns, rising, (Qp, Qm) = (
+                    active[crossed],
+                    before[crossed] < 0,
+                    states[:2, crossed],
+                )
+                times = _zeros(solver, crossed, rising)
+                last[columns] = found.time[count[columns], columns] = times
+                beside = separatrix_beside(rising, Qp, Qm)
                 found.separatrix[count[columns], columns] = beside
                 count[columns] += 1
             done = count[active] == orbits.n_crossings
@@ -76,9 +82,9 @@ def floor(orbits: Orbits, tolerance: float) -> Array:
     return tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
 
 
-def _zeros(solver: Any, crossed: Any) -> Array:
+def _zeros(solver: Any, crossed: Any, rising: Any) -> Array:
     """Times at which M3 = 0 on the last step, for each crossed orbit, by bisection side by side."""
-    dense, rising = solver.dense_output(), solver.y.reshape(6, -1)[2, crossed] > 0
+    dense = solver.dense_output()
     low, high = np.full(crossed.size, solver.t_old), np.full(crossed.size, solver.t)
     while True:
         middle = (low + high) / 2
@@ -112,6 +118,7 @@ def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
         # A constant rate becomes an array like the others.
         return np.stack(np.broadcast_arrays(*found, y[0])[:size]).ravel()
 
+    # A component near zero may err by a hundredth of what one near 1 may.
     found: Any = solve_ivp(
         rates,
         (0.0, times[-1, 0]),

@@ -29,6 +29,15 @@ def touch(bits: int) -> float:
     return TOUCH * 2.0 ** min(0, 64 - bits)
 
 
+def crosses(before: Any, after: Any) -> Any:
+    """True where M3 comes to zero or passes it on a step, from its values at both ends.
+
+    A zero at the end belongs to the step. One at its beginning does not: it belongs to the step
+    before, or is the orbit's start, which is no crossing.
+    """
+    return ((before < 0) & (after >= 0)) | ((before > 0) & (after <= 0))
+
+
 def zeros(
     c: Sequence[float], depth: float, exactly: Callable[[float], Any] | None = None
 ) -> Iterator[tuple[float, bool]]:
@@ -77,11 +86,9 @@ class _Polynomial:
         # Farther from zero at the middle than the slope can carry it over half of the interval.
         if abs(value_at(self.c, middle)) > self.steepest * half + self.depth:
             return
-        # The slope cannot vanish: the polynomial is monotone, and the signs at the ends decide. A
-        # zero at b is taken, one at a belongs to the interval before.
+        # The slope cannot vanish: the polynomial is monotone, and the signs at the ends decide.
         if abs(self.slope(middle)) > self.bend * half:
-            left, right = value_at(self.c, a), value_at(self.c, b)
-            if left * right < 0 or right == 0:
+            if crosses(value_at(self.c, a), value_at(self.c, b)):
                 yield self._bisected(a, b), True
             return
         if half < FINEST:
@@ -102,7 +109,7 @@ class _Polynomial:
             yield turn, False
             return
         for low, high in ((a, turn), (turn, b)):
-            if (self.exactly(low) > 0) != (self.exactly(high) > 0):
+            if crosses(self.exactly(low), self.exactly(high)):
                 yield self._bisected(low, high), True
 
     def _bisected(self, a: float, b: float) -> float:

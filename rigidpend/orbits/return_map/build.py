@@ -45,10 +45,12 @@ MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
 At the ends of a table's width all coefficients left out add up."""
-INNER = 2.0
+INNER = 4.0
 """Factor by which the first terms of the normal form left out are below the allowed error.
 
 With 11 bodies drawn by lot charts erred by 3e-4 to 1 of it, where these terms came to just that."""
+ROUNDINGS = 32
+"""Error of a finished map in roundings, at least: those of Fig. 4's body err by some tens."""
 ATTEMPTS = 4
 """Number of attempts, each with higher orders than the last, before a map is refused."""
 FLOQUET = 1e-11
@@ -163,10 +165,10 @@ class ReturnMap:
     def left_out(self) -> float:
         """The size that all terms left out of the tables may have together, relative.
 
-        It is a fourth of the stated error, which is five times the largest difference at held-out
+        It is a sixth of the stated error, which is eight times the largest difference at held-out
         points; and at least a fourth of a rounding of the tables.
         """
-        return max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 4)
+        return max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 6)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """The program of this map for `kernel.follow`: starts at least_Qp <= Qp <= most_Qp.
@@ -231,8 +233,9 @@ def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan
         # A new one, because an exception that is kept would gather the traces of all its raises.
         raise MapError(str(found))
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
-    # Terms of the normal form are measured where they are largest; those of tables add up there.
-    target, inner = (min(2.0**-bits, _allowed(bits) / part) for part in (below, INNER))
+    target = min(2.0**-bits, _allowed(bits) / below)
+    # In doubles, terms below the roundings of a finished map gain nothing.
+    inner = min(_allowed(bits) / INNER, ROUNDINGS * 2.0**-bits)
     unit, half = float(design.unit), (ends[1] - ends[0]) / 2
     planned = orders(found[0], half, *found[1:], target, inner)
     return found[1].in_unit(unit), planned.designed(unit, design.stretch, design.more)

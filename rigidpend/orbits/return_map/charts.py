@@ -29,9 +29,11 @@ from rigidpend.orbits.return_map.conjugacy import Beside, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import (
     chebyshev_analysis,
     chebyshev_basis,
+    chebyshev_slopes,
     chebyshev_synthesis,
     fourier_analysis,
     fourier_basis,
+    fourier_slopes,
     fourier_synthesis,
     gauss,
     grouped,
@@ -99,12 +101,11 @@ class ChartTable(NamedTuple):
 
     def look_up_slopes(self, x: Scalar, phase: Scalar, a: Precision) -> Looked:
         """The functions at N points, with their derivatives in x and in the phase."""
-        by_phase, by_x = (
-            self._by_phase(chebyshev_basis(x / self.width, self.n_x, a, slope=slope))
-            for slope in (False, True)
-        )
-        F, dF = (fourier_basis(phase, self.n_phase, a, slope=slope) for slope in (False, True))
-        return Looked(_summed(by_phase, F), _summed(by_x, F) / self.width, _summed(by_phase, dF))
+        share = x / self.width
+        T, F = chebyshev_basis(share, self.n_x, a), fourier_basis(phase, self.n_phase, a)
+        by_phase, by_x = self._by_phase(T), self._by_phase(chebyshev_slopes(T, share))
+        values, slopes = _summed(by_phase, F), _summed(by_x, F) / self.width
+        return Looked(values, slopes, _summed(by_phase, fourier_slopes(F)))
 
     def _by_phase(self, T: Any) -> Any:
         """The Fourier coefficients (N, n_phase, F) at points, from polynomials of x, T (N, n_x)."""

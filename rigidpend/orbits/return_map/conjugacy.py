@@ -189,11 +189,12 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
     degree, late = 1, 0
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while late < MOST_ITERATIONS:
-            if degree < series.degree:
+            if degree < max(series.degree, 2):
                 # Terms that are smaller than the error of u and v are left out until they matter.
                 (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
             else:
-                # The slopes of the pass before, with at least half of the degree, are good enough.
+                # The slopes of the pass before, with at least half of the degree, are good enough;
+                # at degree 1 there was none before.
                 p, m, *_ = series.values(u, v)
             du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv

@@ -31,8 +31,8 @@ def phases(n: int, a: Precision) -> Any:
     return 2 * a.pi * a.array(np.arange(n)) / n
 
 
-def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
-    """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or with `slope` derivatives."""
+def fourier_basis(phase: Scalar, n: int, a: Precision) -> Any:
+    """The n functions 1, cos, sin, cos 2, ... at phases: (..., n)."""
     basis = a.zeros((*np.shape(phase), n))
     basis[..., 0] = a.number(1)
     if n > 1:
@@ -48,12 +48,14 @@ def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -
         basis[..., first:last:2] = c * cos - s * sin
         basis[..., first + 1 : last : 2] = s * cos + c * sin
         known += more
-    if slope:
-        k = np.arange(1, most + 1)
-        cos, sin = basis[..., 1::2], basis[..., 2::2]
-        basis[..., 1::2], basis[..., 2::2] = -k * sin, k * cos
-        basis[..., 0] = a.number(0)
     return basis
+
+
+def fourier_slopes(basis: Any) -> Any:
+    """The derivatives of the functions of :func:`fourier_basis`, from their values."""
+    slopes, k = np.zeros_like(basis), np.arange(1, basis.shape[-1] // 2 + 1)
+    slopes[..., 1::2], slopes[..., 2::2] = -k * basis[..., 2::2], k * basis[..., 1::2]
+    return slopes
 
 
 @functools.lru_cache(maxsize=KEPT)
@@ -77,8 +79,8 @@ def nodes(n: int, a: Precision) -> Any:
     return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
 
 
-def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
-    """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or with `slope` derivatives."""
+def chebyshev_basis(x: Scalar, n: int, a: Precision) -> Any:
+    """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n)."""
     T = a.zeros((*np.shape(x), n))
     T[..., 0] = a.number(1)
     T[..., 1:2] = x[..., None]
@@ -86,18 +88,21 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> 
     while known < n - 1:
         # Orders k + 1 to 2 k follow from those up to k: T_(k+j) = 2 T_k T_j - T_(k-j).
         more = min(known, n - 1 - known)
-        highest = T[..., known : known + 1]
-        lower = T[..., 1 : more + 1]
-        T[..., known + 1 : known + more + 1] = (highest + highest) * lower - T[
-            ..., known - more : known
-        ][..., ::-1]
+        highest, lower = T[..., known : known + 1], T[..., 1 : more + 1]
+        below = T[..., known - more : known][..., ::-1]
+        T[..., known + 1 : known + more + 1] = (highest + highest) * lower - below
         known += more
+    return T
+
+
+def chebyshev_slopes(T: Any, x: Scalar) -> Any:
+    """The derivatives of the polynomials of :func:`chebyshev_basis` at x, from their values T."""
+    slopes = np.zeros_like(T)
+    slopes[..., 1:2] = 1 + 0 * T[..., 1:2]
     # The derivative of T_k = 2 x T_(k-1) - T_(k-2).
-    dT = np.zeros_like(T)
-    dT[..., 1:2] = a.number(1)
-    for k in range(2, n) if slope else ():
-        dT[..., k] = 2 * T[..., k - 1] + 2 * x * dT[..., k - 1] - dT[..., k - 2]
-    return dT if slope else T
+    for k in range(2, T.shape[-1]):
+        slopes[..., k] = 2 * T[..., k - 1] + 2 * x * slopes[..., k - 1] - slopes[..., k - 2]
+    return slopes
 
 
 @functools.lru_cache(maxsize=KEPT)

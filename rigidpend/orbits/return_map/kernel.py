@@ -26,7 +26,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import in_doubles
 from rigidpend.orbits.return_map.kernel_sums import Sums
-from rigidpend.orbits.return_map.program import FUNCTIONS, RATES, STAGE, TABLE, Program
+from rigidpend.orbits.return_map.program import FUNCTIONS, LEG, RATES, TABLE, Program
 
 AT_ONCE = 2**15
 """Number of passages in a call: some 0.01 s in doubles, 0.2 s in pairs."""
@@ -40,7 +40,7 @@ IMAGE is 1 on separatrix 2 or 3 and -1 on 4 or 1. INSIDE is 1 until an orbit lea
 0 from then on."""
 
 HEAD = (
-    "define i64 @follow(ptr noalias %stages, ptr noalias %harmonics, ptr noalias %lengths,"
+    "define i64 @follow(ptr noalias %legs, ptr noalias %harmonics, ptr noalias %lengths,"
     " ptr noalias %values, i64 %apart, i64 %triples, i64 %energies, ptr noalias %limits,"
     " ptr noalias %orbits, i64 %stride, i64 %groups, i64 %begun, i64 %crossings,"
     " ptr noalias %room,"
@@ -147,7 +147,7 @@ def _passages(program: Program) -> Any:
     """The kernel's function with a program's data as its first arguments."""
     return functools.partial(
         _function(program.bits),
-        program.stages,
+        program.legs,
         program.harmonics,
         program.lengths,
         program.values,
@@ -180,7 +180,7 @@ class _Following(Sums):
         self.one = code.number(1.0)
         self.make_room()
         with code.loop("%groups") as group:
-            first = code(f"mul i64 {group}, {LANES}")
+            first = code.mul(group, LANES)
             self._begin(first)
             with code.loop("%crossings") as k:
                 self._pass(k, first)
@@ -211,20 +211,18 @@ class _Following(Sums):
 
     def _places(self, row: int, first: str) -> list[str]:
         """The addresses of the parts of a row of the states, for a group of orbits."""
-        code, found = self.code, []
-        for part in range(self.parts):
-            begin = code(f"mul i64 %stride, {len(ROWS) * part + row}")
-            found.append(code.at("%orbits", code(f"add i64 {begin}, {first}"), "double"))
-        return found
+        code = self.code
+        begins = [code.mul("%stride", len(ROWS) * part + row) for part in range(self.parts)]
+        return [code.at("%orbits", code.add(begin, first), "double") for begin in begins]
 
     def _pass(self, k: str, first: str) -> None:
         """Follow a leg: from one crossing to the next, or from the start to the first one."""
         code, n = self.code, self.numbers
-        # Stage 0 leads from the start to an upward crossing, so odd numbers leave upward ones.
-        number = code(f"add i64 {k}, %begun")
+        # Leg 0 leads from the start to an upward crossing, so odd numbers leave upward ones.
+        number = code.add(k, "%begun")
         odd = code(f"and i64 {number}, 1")
         later = code(f"select i1 {code(f'icmp eq i64 {odd}, 1')}, i64 1, i64 2")
-        stage = code(f"select i1 {code(f'icmp eq i64 {number}, 0')}, i64 0, i64 {later}")
+        leg = code(f"select i1 {code(f'icmp eq i64 {number}, 0')}, i64 0, i64 {later}")
         x, phase = (n.load(place, 0) for place in (self.x, self.phase))
         self._stay_inside(x[0], self.one)
         n.store(x, self.along, 0)
@@ -232,21 +230,21 @@ class _Following(Sums):
         with code.loop(2) as side:
             # The way into the normal form and the way out of it look up a table each. A loop makes
             # one copy of these long lines serve both.
-            entries = self._entries(stage, code.mul(side, TABLE), TABLE)
+            entries = self._entries(leg, code.mul(side, TABLE), TABLE)
             found = self.table(entries, n.load(self.along, 0), n.load(self.angle, 0))
             with code.when(code(f"icmp eq i64 {side}, 0")):
-                self._into(found, stage, phase)
+                self._into(found, leg, phase)
             with code.when(code(f"icmp eq i64 {side}, 1")):
-                self._out(found, stage, phase)
+                self._out(found, leg, phase)
         self._tell(k, odd, first)
 
-    def _entries(self, stage: str, first: str | int, count: int) -> list[str]:
-        """Some of the integers that describe a stage, from the `first` on."""
+    def _entries(self, leg: str, first: str | int, count: int) -> list[str]:
+        """Some of the integers that describe a leg, from the `first` on."""
         code = self.code
-        at = code.add(code.mul(stage, STAGE), first)
-        return [code.scalar("%stages", code.add(at, j), "i64") for j in range(count)]
+        at = code.add(code.mul(leg, LEG), first)
+        return [code.scalar("%legs", code.add(at, j), "i64") for j in range(count)]
 
-    def _into(self, found: list[Value], stage: str, phase: Value) -> None:
+    def _into(self, found: list[Value], leg: str, phase: Value) -> None:
         """Go through the normal form: find I and s from the functions of the first table."""
         n, f = self.numbers, self.functions
         W, other, begin = found
@@ -256,25 +254,25 @@ class _Following(Sums):
         n.store(self.number(1.0), self.factor, 0)
         I = n.times(W, other)
         self._stay_inside(I[0], self.one)
-        self._stay_inside(W[0], self._limit(stage, 0))
+        self._stay_inside(W[0], self._limit(leg, 0))
         self._turn_sides(W[0])
         # s = phase - ln|W|/Lambda; of the depth the kernel finds the part from W near 1, and the
         # tables have the rest.
-        reciprocal, rest, rotation = self.rates(self._entries(stage, 2 * TABLE, RATES), I)
+        reciprocal, rest, rotation = self.rates(self._entries(leg, 2 * TABLE, RATES), I)
         depth = n.plus(n.times(f.logarithm_of_size(W), reciprocal), rest)
         n.store(I, self.along, 0)
         n.store(n.minus(phase, depth), self.angle, 0)
         n.store(begin, self.begin, 0)
         n.store(rotation, self.rotation, 0)
 
-    def _out(self, found: list[Value], stage: str, phase: Value) -> None:
+    def _out(self, found: list[Value], leg: str, phase: Value) -> None:
         """Go to the next crossing: its place and time, from the functions of the second table."""
         n = self.numbers
         there, beyond, end = found
         new = n.plus(n.load(self.angle, 0), beyond)
         # Whole turns were left out of the depth, and so of s: what chi has grown by needs them.
         # In doubles their second part is below rounding.
-        turns = (self._limit(stage, 1), *(self._limit(stage, 2),) * (self.parts - 1))
+        turns = (self._limit(leg, 1), *(self._limit(leg, 2),) * (self.parts - 1))
         turned = n.minus(n.minus(new, phase), turns)
         begin, rotation = (n.load(x, 0) for x in (self.begin, self.rotation))
         taken = n.plus(n.minus(begin, end), n.times(rotation, turned))
@@ -310,8 +308,8 @@ class _Following(Sums):
         code = self.code
         inside = code.load(self.inside)
         mask = code.compare("ogt", inside, "zeroinitializer")
-        image, place = code.load(self.image), code(f"mul i64 {k}, %stride")
-        place = code(f"add i64 {place}, {first}")
+        image, place = code.load(self.image), code.mul(k, "%stride")
+        place = code.add(place, first)
         # Upward beside 2 or its image 4, downward beside 3 or its image 1; image is 1 or -1.
         rising = code.binary("fsub", code.number(3.0), image)
         falling = code.binary("fadd", code.number(2.0), image)
@@ -323,10 +321,10 @@ class _Following(Sums):
         time = self.code.chosen(mask, code.element(self.time, 0), code.number(float("nan")))
         code.store(time, code.at("%times", place, "double"), align=8)
 
-    def _limit(self, stage: str, which: int) -> str:
-        """A limit of a stage, in each lane: 0 the largest |W|, 1 and 2 the parts of its turns."""
+    def _limit(self, leg: str, which: int) -> str:
+        """A limit of a leg, in each lane: 0 the largest |W|, 1 and 2 the parts of its turns."""
         code = self.code
-        return code.everywhere(code.scalar("%limits", code.add(code.mul(stage, 3), which)))
+        return code.everywhere(code.scalar("%limits", code.add(code.mul(leg, 3), which)))
 
     def _stay_inside(self, x: str, limit: str) -> None:
         self._stay(self.code.compare("ole", self.code.size(x), limit))

@@ -28,8 +28,8 @@ class Sums:
         Running sums and places are variables of their own.
         """
         code, one = self.code, self.numbers.rows(self.parts)
-        self.powers = code.at("%room", code(f"mul i64 %triples, {FUNCTIONS * self.parts}"))
-        self.waves = code.at(self.powers, code(f"mul i64 %energies, {self.parts}"))
+        self.of_energy = code.at("%room", code.mul("%triples", FUNCTIONS * self.parts))
+        self.waves = code.at(self.of_energy, code.mul("%energies", self.parts))
         self.totals = [code.variable(one) for _ in range(FUNCTIONS)]
         # Those of cosines and of sines are apart, so that additions wait less for one another.
         self.sums_of_row = [code.variable(one) for _ in range(2 * FUNCTIONS)]
@@ -40,13 +40,13 @@ class Sums:
         """Sum the tables over the Chebyshev polynomials of the energy, -1 to 1."""
         code, n = self.code, self.numbers
         # The polynomials themselves, by T_l = 2 e T_(l-1) - T_(l-2).
-        n.store(self.number(1.0), self.powers, 0)
+        n.store(self.number(1.0), self.of_energy, 0)
         with code.when(code("icmp sgt i64 %energies, 1")):
-            n.store(energy, self.powers, 1)
+            n.store(energy, self.of_energy, 1)
         twice = n.plus(energy, energy)
         with code.loop("%energies", 2) as l:
-            before, last = (n.load(self.powers, code(f"sub i64 {l}, {j}")) for j in (2, 1))
-            n.store(n.minus(n.times(twice, last), before), self.powers, l)
+            before, last = (n.load(self.of_energy, code(f"sub i64 {l}, {j}")) for j in (2, 1))
+            n.store(n.minus(n.times(twice, last), before), self.of_energy, l)
         code.store("0", self.value, "i64", 8)
         with code.loop("%triples") as t:
             length, sharp = self._two("%lengths", t)
@@ -55,20 +55,20 @@ class Sums:
             # The highest polynomial comes first, the small terms before the large ones.
             self._over_energies(self.plain, length, "0", plain)
             self._over_energies(n, length, plain, length)
-            first = code(f"mul i64 {t}, {FUNCTIONS}")
+            first = code.mul(t, FUNCTIONS)
             for j, total in enumerate(self.totals):
-                n.store(self._settled(n, total), "%room", code(f"add i64 {first}, {j}"))
+                n.store(self._settled(n, total), "%room", code.add(first, j))
 
     def _over_energies(self, n: Doubles, length: str, start: str, end: str) -> None:
         """Continue a triple's sums over polynomials of the energy with terms `start` to `end`."""
         code = self.code
         with code.loop(end, start) as l:
             # The l-th term belongs to the polynomial of order length - 1 - l.
-            power = n.load(self.powers, code(f"sub i64 {code(f'sub i64 {length}, {l}')}, 1"))
+            polynomial = n.load(self.of_energy, code.add(code(f"sub i64 {length}, {l}"), -1))
             at = code.load(self.value, "i64", 8)
             for j, total in enumerate(self.totals):
-                self._add(n, total, self._scalar(n, code(f"add i64 {at}, {j}")), power)
-            code.store(code(f"add i64 {at}, {FUNCTIONS}"), self.value, "i64", 8)
+                self._add(n, total, self._scalar(n, code.add(at, j)), polynomial)
+            code.store(code.add(at, FUNCTIONS), self.value, "i64", 8)
 
     def table(self, entries: list[str], x: Value, phase: Value) -> list[Value]:
         """The three functions of a table: sums of rows of harmonics times Chebyshev polynomials."""
@@ -107,7 +107,7 @@ class Sums:
 
     def _row(self, n: Doubles, listed: str, i: str) -> list[Value]:
         """The three functions of a row of a table: sums over harmonics, with the constants last."""
-        count, sharp = self._two("%harmonics", self.code(f"add i64 {listed}, {i}"))
+        count, sharp = self._two("%harmonics", self.code.add(listed, i))
         self._clear(self.sums_of_row)
         self._over_harmonics(self.plain, sharp, count)
         self._over_harmonics(n, "0", sharp)
@@ -120,7 +120,7 @@ class Sums:
         code = self.code
         with code.loop(end, start) as m:
             for k in (0, 1):
-                wave = n.load(self.waves, code(f"add i64 {code(f'mul i64 {m}, 2')}, {k}"))
+                wave = n.load(self.waves, code.add(code.mul(m, 2), k))
                 for total, c in zip(self.sums_of_row[k::2], self._triple(n), strict=True):
                     self._add(n, total, c, wave)
 
@@ -140,7 +140,7 @@ class Sums:
         """Find harmonics `start` to `end`, counted from 0, each from the one before."""
         code, (cos, sin) = self.code, first
         with code.loop(end, start) as m:
-            at = code(f"mul i64 {m}, 2")
+            at = code.mul(m, 2)
             c, s = (n.load(self.waves, code(f"sub i64 {at}, {k}")) for k in (2, 1))
             # The addition theorems, with one of two products added without a rounding of its own.
             less = n.opposite(n.times(s, sin))
@@ -149,7 +149,7 @@ class Sums:
                 n.settled(n.with_product(n.times(s, cos), c, sin)),
             )
             for k, value in enumerate(next_):
-                n.store(value, self.waves, code(f"add i64 {at}, {k}"))
+                n.store(value, self.waves, code.add(at, k))
 
     def rates(self, entries: list[str], I: Value) -> list[Value]:
         """The three polynomials in I, by Horner's rule: 1/Lambda, the depth's rest and dt'/dpsi."""
@@ -172,13 +172,13 @@ class Sums:
         """The next three coefficients at the orbits' energies; the place goes on by one."""
         code = self.code
         place = code.load(self.place, "i64", 8)
-        code.store(code(f"add i64 {place}, 1"), self.place, "i64", 8)
-        first = code(f"mul i64 {place}, {FUNCTIONS}")
-        return [n.load("%room", code(f"add i64 {first}, {j}")) for j in range(FUNCTIONS)]
+        code.store(code.add(place, 1), self.place, "i64", 8)
+        first = code.mul(place, FUNCTIONS)
+        return [n.load("%room", code.add(first, j)) for j in range(FUNCTIONS)]
 
     def _two(self, base: str, index: str) -> list[str]:
         """The two integers at an index of an array of pairs."""
-        first = self.code(f"mul i64 {index}, 2")
+        first = self.code.mul(index, 2)
         return [self.code.scalar(base, self.code.add(first, k), "i64") for k in (0, 1)]
 
     def _scalar(self, n: Doubles, index: str) -> Value:

@@ -26,7 +26,7 @@ from rigidpend.orbits.return_map.expansions import (
     Interval,
     chebyshev_analysis,
     fourier_analysis,
-    fourier_basis,
+    fourier_slopes,
     fourier_synthesis,
     phases,
 )
@@ -178,7 +178,7 @@ class _Finder:
         self.turn = a.cos(psi), a.sin(psi)
         self.analysis = fourier_analysis(n, a)
         self.synthesis = fourier_synthesis(n, n, a)
-        self.slope = fourier_basis(phases(n, a), n, a, slope=True) @ self.analysis
+        self.slope = fourier_slopes(self.synthesis) @ self.analysis
         self.Q, self.flow = self._series(c, h)
         self.tau: dict[int, Any] = {}
         self.sigma: dict[int, Any] = {}
@@ -376,8 +376,8 @@ class _Finder:
         analysis = fourier_analysis(self.n, a)
         *odd, tau = (_expanded(x, analysis, to_energy) for x in found[:4] if x)
         exponent, rotation = ((np.stack(x) @ to_energy).T for x in found[4:])
-        least = float(abs(self.exponent[0]).max())
-        off = [a.largest(x) * radius ** (2 * k) / least for k, x in enumerate(self.difference)]
+        rate = float(abs(self.exponent[0]).max())
+        off = [a.largest(x) * radius ** (2 * k) / rate for k, x in enumerate(self.difference)]
         series = np.stack(odd, axis=-1), tau, exponent, rotation
         return NormalForm(energies, degree, self.n, *series, radius, max(off))
 

@@ -101,8 +101,9 @@ class Orders(NamedTuple):
     def larger(self, errors: Errors, allowed: float) -> Orders:
         """The orders for another attempt: those are raised that the errors show to be too small."""
         # A tail beyond an eighth of what is allowed calls for more terms in its direction.
-        small, told = allowed / 8, TOLD * max(errors[-3:])
-        x, phase, energy = (MORE if tail > small else 1.0 for tail in errors[-3:])
+        tails, small = (errors.tail_x, errors.tail_phase, errors.tail_energy), allowed / 8
+        x, phase, energy = (MORE if tail > small else 1.0 for tail in tails)
+        told = TOLD * max(tails)
         if errors.inverse > max(told, allowed / 2):
             # The tails do not explain it. At its nodes an inverse chart is solved exactly from the
             # chart's own table, so that only its own truncation remains.

@@ -118,7 +118,7 @@ class EnergyLevel(TorusForm):
         zero = 0 * phase
         border, *_ = self.placed(phase, zero, zero + self.nf.radius)
         at = self.inverted(phase, np.where(border < Qp, border, zero + Qp), zero)
-        return at, (border >= Qp) & (at.v <= self.nf.radius)
+        return at, border >= Qp
 
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False

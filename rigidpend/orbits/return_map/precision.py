@@ -132,13 +132,13 @@ def product(x: Scalar, y: Scalar) -> Any:
         # With one row or column einsum sums by itself, and no BLAS is asked.
         return np.einsum("...ij,...jk->...ik", x, y)
     # Wide matrices are divided by columns first, so that parts need not have too few rows.
-    few = max(1, UNDIVIDED // LEAST_ROWS // terms)
-    if width > few:
-        parts = [product(x, y[..., k : k + few]) for k in range(0, width, few)]
+    most = max(1, UNDIVIDED // LEAST_ROWS // terms)
+    if width > most:
+        parts = [product(x, y[..., k : k + most]) for k in range(0, width, most)]
         return np.concatenate(parts, axis=-1)
-    few = UNDIVIDED // terms // width
+    most = UNDIVIDED // terms // width
     # Without any row there is one part, an empty one.
-    parts = [np.matmul(x[..., k : k + few, :], y) for k in range(0, max(rows, 1), few)]
+    parts = [np.matmul(x[..., k : k + most, :], y) for k in range(0, max(rows, 1), most)]
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-2)
 
 

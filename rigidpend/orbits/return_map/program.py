@@ -48,7 +48,7 @@ For a table: the number of its rows; the number of rows summed in the program's 
 place of its first coefficients; the place of its list of harmonics; the largest number of harmonics
 of a row; and the largest number of them in the program's own numbers. For the rates: the number of
 powers of I, the number of powers summed in doubles, and the place of the first coefficients."""
-STAGE = 2 * TABLE + RATES
+LEG = 2 * TABLE + RATES
 """Number of integers that describe a leg: two tables and the rates."""
 HEADROOM = 2.0**2
 """Factor by which terms in doubles may err more than by a rounding of each coefficient.
@@ -119,8 +119,8 @@ class Program(NamedTuple):
     """Number of Chebyshev polynomials of the energy."""
     most: int
     """Largest number of harmonics of a table."""
-    stages: Any
-    """(3, STAGE) int64: the legs from the start, from upward and from downward crossings."""
+    legs: Any
+    """(3, LEG) int64: the legs from the start, from upward and from downward crossings."""
     harmonics: Any
     """(rows, 2) int64: for each row of each table the number of harmonics.
 
@@ -143,8 +143,8 @@ class Leg(NamedTuple):
 
     into: Any
     """W, the other one of U and V, and the time, over d (or x of a start) and a phase."""
-    out: Any
-    """d, chi - s and the time, over I and s."""
+    rising: bool
+    """True if the orbit leaves the normal form as after an upward crossing: see `ways_out`."""
     rates: Any
     """(energies, K, 3): coefficients of powers of I in 1/Lambda, the rest of the depth, dt'/dpsi.
 
@@ -162,17 +162,18 @@ def program(
 
     Terms that together come to less than `threshold`, relative to the largest term, are left out.
     """
-    stages = legs(nf, charts, starts, threshold, a)
+    three, out = legs(nf, charts, starts, threshold, a), ways_out(charts, threshold)
     parts = KINDS[bits].parts
     # Terms up to this size, relative, may be rounded to doubles: their roundings of 2^-53 come to
     # `threshold`. In doubles nothing is to be divided.
     writer = _Writer(parts, threshold * 2.0**53 / HEADROOM if parts > 1 else 0.0)
-    rows = [[*writer.table(x.into), *writer.table(x.out), *writer.rates(x.rates)] for x in stages]
-    limits = [[x.largest, *radians(x.turns)] for x in stages]
+    ends = [writer.table(terms) for terms in out]
+    rows = [[*writer.table(x.into), *ends[x.rising], *writer.rates(x.rates)] for x in three]
+    limits = [[x.largest, *radians(x.turns)] for x in three]
     return Program(
         starts,
         bits,
-        max(len(x.into) for x in stages),
+        nf.energies.n,
         max(count for count, _ in writer.harmonics),
         np.array(rows, dtype=np.int64),
         np.array(writer.harmonics, dtype=np.int64),
@@ -187,30 +188,38 @@ def legs(
 ) -> tuple[Leg, Leg, Leg]:
     """The legs from the starts, from upward and from downward crossings, in this order."""
 
-    # `back` tells the section of the leg's second chart, 1 for upward crossings. `sides` are signs
-    # of the functions of time in the two tables: -1 where a chart is run backward, and 1 for tau of
-    # the starts, which is minus their constant of time.
-    def leg(into: Any, back: int, sides: tuple[int, int], size: float, largest: float) -> Leg:
-        forward, inverse = charts[back]
-        scale, turns, rates = _rates(nf, size, inverse.width, threshold, a)
-        # d in units of the width of the next leg's table, which is the chart of the same section.
-        out = significant(inverse, threshold) * np.stack((1 / forward.width, 1, sides[1]))
-        into = into * np.stack((1 / scale, scale / inverse.width, sides[0]))
-        return Leg(into, out, sides[1] * rates, largest / scale, sides[1] * turns)
+    # `time` is the sign of the function of time in the leg's first table.
+    def leg(into: Any, rising: bool, time: int, size: float, largest: float) -> Leg:
+        # The leg from a downward crossing is run backward and mirrored.
+        reach, side = charts[not rising].inverse.width, 1 if rising else -1
+        scale, turns, rates = _rates(nf, size, reach, threshold, a)
+        into = into * np.stack((1 / scale, scale / reach, time))
+        return Leg(into, rising, side * rates, largest / scale, side * turns)
 
     def passage(rising: bool) -> Leg:
-        # The leg from a downward crossing is run backward and mirrored.
-        side = 1 if rising else -1
         # W is U beside upward crossings, V beside downward ones.
         order = [*((0, 1) if rising else (1, 0)), 2]
         into = significant(charts[rising].forward, threshold)[..., order]
-        return leg(into, not rising, (side, side), float(np.abs(into[..., 0]).max()), math.inf)
+        size = float(np.abs(into[..., 0]).max())
+        return leg(into, rising, 1 if rising else -1, size, math.inf)
 
-    up, down = passage(True), passage(False)
     begin, size = significant(starts.table, threshold), float(starts.centre + starts.half_width)
     # A start is beside the lower orbit and, mirrored, beside the upper one. Its orbit leaves as one
-    # from a downward crossing does, by the same table, which then is written only once.
-    return leg(begin, True, (1, -1), size, nf.radius)._replace(out=down.out), up, down
+    # from a downward crossing does. Tau of the starts is minus their constant of time.
+    return leg(begin, False, 1, size, nf.radius), passage(True), passage(False)
+
+
+def ways_out(charts: Charts, threshold: float) -> list[Any]:
+    """Tables of legs that leave as after downward, and after upward crossings (`Leg.rising`).
+
+    They give d, chi - s and the time over I and s: coefficients as those of a `Leg`.
+    """
+    down, up = charts
+    return [
+        # d in units of the width of the next leg's table, which is the chart of the same section.
+        significant(there.inverse, threshold) * np.stack((1 / there.forward.width, 1, side))
+        for there, side in ((up, -1), (down, 1))
+    ]
 
 
 def significant(table: ChartTable, threshold: float) -> Any:
@@ -287,7 +296,7 @@ def reciprocal_of(series: Any) -> Any:
 
 
 class _Writer:
-    """Writer of tables one behind the other; a table that two legs share is written once.
+    """Writer of tables one behind the other.
 
     In each sum the terms that together come to less than `limit`, relative to the largest term of
     their function, come first: the kernel sums them in doubles. The other terms, called sharp, come
@@ -299,23 +308,18 @@ class _Writer:
         self.harmonics: list[tuple[int, int]] = []
         self.lengths: list[tuple[int, int]] = []
         self.values: list[Any] = []
-        # By identity of the array; the legs hold the arrays while they are written.
-        self.known: dict[int, tuple[int, ...]] = {}
 
     def table(self, terms: Any) -> tuple[int, ...]:
         """Write a table, its rows from the second on, then the first; return what describes it."""
-        if id(terms) not in self.known:
-            first, listed = len(self.lengths), len(self.harmonics)
-            values, sharp = self._parted(terms)
-            rows, counts = _extent(values[0] != 0)
-            own, sharp_counts = _extent(sharp)
-            sharp_counts += [0] * (rows - own)
-            # The kernel reads coefficients one after the other, in the order in which it sums.
-            self.harmonics += zip(counts, sharp_counts, strict=True)
-            self._write(values, sharp, _places(counts, sharp_counts))
-            most = max(1, *sharp_counts)
-            self.known[id(terms)] = rows, own, first, listed, max(counts), most
-        return self.known[id(terms)]
+        first, listed = len(self.lengths), len(self.harmonics)
+        values, sharp = self._parted(terms)
+        rows, counts = _extent(values[0] != 0)
+        own, sharp_counts = _extent(sharp)
+        sharp_counts += [0] * (rows - own)
+        # The kernel reads coefficients one after the other, in the order in which it sums.
+        self.harmonics += zip(counts, sharp_counts, strict=True)
+        self._write(values, sharp, _places(counts, sharp_counts))
+        return rows, own, first, listed, max(counts), max(1, *sharp_counts)
 
     def rates(self, coefficients: Any) -> tuple[int, int, int]:
         """Write polynomials in I, the highest power first for Horner's rule; describe them."""

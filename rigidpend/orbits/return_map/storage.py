@@ -205,7 +205,7 @@ kept = functools.lru_cache(maxsize=16)(_Kept)
 """The one :class:`_Kept` of a map, of those that were asked for last."""
 
 
-def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
+def followed(body: Body, low: Exact, high: Exact, bits: int, design: Design, table: int) -> bytes:
     """All that a map follows from, as text: the key under which it is stored.
 
     `bits` is the precision of the map, `table` that of its tables.

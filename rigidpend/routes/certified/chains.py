@@ -209,7 +209,7 @@ def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
 def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> bool:
     """True if a line of starts, or a strip about it, crosses all upward sets."""
     of = link.setting
-    numbers = Numbers.of(of.body, of.h, of.spread, of.h0)._replace(along="")
+    numbers = Numbers.of(of.body, of.h, of.spread, of.h0).without_derivatives
     try:
         end = arrival(numbers, link.of, found)
         for quad in quads:

@@ -24,7 +24,7 @@ NEWTON = 3
 """Newton iterations, rounded to doubles, to the place of a crossing."""
 TRIES, ROOM = 4, 4
 """Trials of a tube's radius, and the first radius over the distance that it has to hold."""
-LARGEST = 2.0**-6
+WIDEST = 2.0**-6
 """Radius of a tube at most: nothing is decided where the distance may be larger."""
 
 
@@ -52,7 +52,7 @@ class ProvenCrossing(NamedTuple):
 class OrbitChecker:
     """A proof in progress: the exact orbit is within `bound` of the last polynomial's end.
 
-    Steps are taken one after the other, each of a positive length; `crossings` grows with them.
+    Steps are taken one after the other; `crossings` grows with them.
     """
 
     def __init__(self, problem: Enclosed) -> None:
@@ -64,11 +64,11 @@ class OrbitChecker:
         self._end: list[arb] | None = None
 
     def take(self, step: Step) -> None:
-        """Check H1 to H5 on a step and go to its end; Undecided where one is not shown.
-
-        Its half-length has to be positive, as the reading of a certificate makes sure.
-        """
+        """Check H1 to H5 on a step and go to its end; Undecided where one is not shown."""
         check_stop()
+        # Backward a bound would shrink.
+        if step.half_length <= 0:
+            raise Undecided("H2: the length of a step is not positive")
         models = [Model.of_series(w, step.bits) for w in step.series]
         duration = arb(step.half_length) / 2**ORBIT_CLOCK
         with ctx.workprec(SCALARS):
@@ -103,8 +103,8 @@ class OrbitChecker:
         """H3: bound on the distance over the whole step, which `leap`, its defect (H2), adds to."""
         # D is bounded over x in [-1, 1], an interval of length 2: it adds at most 2 delta. The
         # last argument says that the growth lemma takes M3 halfway to the orbit.
-        sizes, length = [_units(M3.most(k)) for k in range(parts)], 2 * duration / parts
-        grown, _, holds = tube(sizes, length, begin + 2 * leap, self.growth, LARGEST, 0.5)
+        sizes, length = [_from_units(M3.most(k)) for k in range(parts)], 2 * duration / parts
+        grown, _, holds = growth_in_tube(sizes, length, begin + 2 * leap, self.growth, WIDEST, 0.5)
         _check_below("H3: the distance at the end of a step", grown)
         if not holds:
             raise Outgrown("H3: no tube is shown to hold the orbit; more bits would help")
@@ -118,7 +118,7 @@ class OrbitChecker:
 
         Only if all of them are shown are the step's crossings recorded.
         """
-        away = _whole(radius / self.growth.upright)
+        away = _in_units(radius / self.growth.upright)
         sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
         # Both ends must be told. No crossing falls between two steps then: the exact M3 where they
         # join has the sign of either polynomial, for each is farther from zero than from it.
@@ -144,13 +144,13 @@ class OrbitChecker:
         rates = Values(slopes, parts)
         # Neighbouring parts share an end, so a positive bound on each gives one sign on all.
         least = min(map(rates.least, where))
-        if least <= _whole(self._rate_apart(models, radius, duration)):
+        if least <= _in_units(self._rate_apart(models, radius, duration)):
             return "H5: M3 crosses zero too slowly for it to be one crossing"
         # Where M3 rises, beside 2 and 4, Qp is large and its sign tells which; where it falls,
         # beside 1 and 3, it is Qm.
         rising = rates.at[where[0]] > 0
         large = Values(models[0 if rising else 1], parts)
-        if min(map(large.least, where)) <= _whole(radius):
+        if min(map(large.least, where)) <= _in_units(radius):
             return "H5: Q is too near zero at a crossing to tell its separatrix"
         Q = large.at[where[0]]
         x = self._zero(models[2], slopes, where, parts, upper(radius / self.growth.upright), least)
@@ -186,10 +186,10 @@ class OrbitChecker:
             # valid: |M3| there over the least slope is at least its distance from the zero.
             x = min(max(x, low), high)
         off = abs(M3.at(arb(x))) / arb(2) ** M3.bits + away
-        return arb(x, (off / _units(least)).upper())
+        return arb(x, (off / _from_units(least)).upper())
 
 
-def tube(
+def growth_in_tube(
     sizes: Sequence[arb],
     length: arb,
     begin: arb,
@@ -254,8 +254,8 @@ def _end(model: Model, x: int) -> arb:
 
 def _check_below(what: str, distance: arb) -> None:
     # Balls compare as true only where that is certain: what may be larger counts as larger.
-    if not distance < LARGEST:
-        said = f"{what} may be {float(distance.mid()):.3g}, more than {LARGEST}"
+    if not distance < WIDEST:
+        said = f"{what} may be {float(distance.mid()):.3g}, more than {WIDEST}"
         raise Outgrown(f"{said}; more bits would help")
 
 
@@ -273,10 +273,10 @@ def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
     return list(zip(starts, ends, strict=True))
 
 
-def _units(value: int) -> arb:
+def _from_units(value: int) -> arb:
     return arb(value) / 2**VALUE_BITS
 
 
-def _whole(x: arb) -> int:
+def _in_units(x: arb) -> int:
     """A bound in units of 2^-VALUE_BITS, rounded up."""
     return above(x * arb(2) ** VALUE_BITS)

@@ -183,7 +183,7 @@ def prove_transversal(
 
 def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: FamilyStep) -> None:
     """C9: check that the unstable surface is a curve from end to end in a strip of starts."""
-    _, bounds = line_beginning(numbers, strip, piece)
+    bounds = line_beginning(numbers, strip, piece)
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     momentum = states[0].bound + bounds[0]
     wide = arb(strip.wide.numerator) / strip.wide.denominator

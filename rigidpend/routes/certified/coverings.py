@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import combinations, pairwise
+from itertools import combinations
 from typing import NamedTuple
 
 from flint import arb, ctx
@@ -49,10 +49,10 @@ class Relation(NamedTuple):
     """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/64 of all points; uniqueness needs less than 1."""
 
 
-def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) -> Relation:
+def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -> Relation:
     """C6: check that the orbits of a set cover a target, a set of the section that they cross.
 
-    `begin` has Q, gamma1 and gamma2 of the target's polynomials; `place` is the target's number.
+    `begin` has Q, gamma1 and gamma2 of the target's polynomials; `number` is its own.
     """
     with ctx.workprec(SCALARS):
         # So near to its polynomials the target has one point only with given d and gamma3 (C1): a
@@ -65,13 +65,13 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
         forward, back = (-low).lower().min(high.lower()), low.lower().min((-high).lower())
         least, orientation = (forward, 1) if forward > back else (back, -1)
         if not least > 1:
-            said = f"C6: an edge lies at |U| >= {float(least):.4g} of set {place}"
+            said = f"C6: an edge lies at |U| >= {float(least):.4g} of set {number}"
             raise Undecided(f"{said}, and more than 1 is needed")
         if not V.bound < 1:
-            said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {place}"
+            said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {number}"
             raise Undecided(f"{said}, and less than 1 is needed")
         return Relation(
-            place, orientation, -double_above(-least), double_above(V.bound), *cone(source, target)
+            number, orientation, -double_above(-least), double_above(V.bound), *cone(source, target)
         )
 
 
@@ -151,7 +151,7 @@ def prove_line(
     line itself, and the section that of upward crossings. Returns the next crossings of the last
     link, its relations, and the symbols of the passages from the sets of the approach.
     """
-    symbols, last = prove_chain(numbers, links, " of the approach"), links[-1]
+    symbols, last = prove_chain(numbers, links, of=" of the approach"), links[-1]
     with _named(_link(len(links) - 1, " of the approach")):
         end, upward = arrival(numbers, *last), crosses_upward(last[0])
         targets = [j for j, quad in enumerate(quads) if quad.rising == upward]
@@ -162,18 +162,18 @@ def prove_line(
 
 def prove_chain(
     numbers: Numbers,
-    links: Sequence[tuple[Quad | StartLine, Sequence[FamilyStep]] | None],
+    links: Sequence[tuple[Quad | StartLine, Sequence[FamilyStep]]],
+    whole: bool = False,
     of: str = "",
     first: int = 0,
 ) -> list[bool]:
     """Check that each link covers the next, and return the symbols of all but the last one.
 
-    If the last one is None, nothing is asked of where the link before it goes. `first` is the
+    If `whole`, the last one is followed too, and nothing is asked of where it goes. `first` is the
     number of the first link, 0 for a line of starts; Undecided names a link by its number and `of`.
     """
-    symbols = []
-    for k, (link, after) in enumerate(pairwise(links), first):
-        assert link is not None
+    symbols, following = [], [*links[1:], None] if whole else links[1:]
+    for k, (link, after) in enumerate(zip(links, following, strict=False), first):
         with _named(_link(k, of)):
             symbols.append(prove_link(numbers, link, after))
     return symbols
@@ -199,7 +199,7 @@ def prove_link(
     `after` is None behind the last set.
     """
     # A chain claims existence only: C7 and its derivatives are not needed.
-    numbers = numbers._replace(along="")
+    numbers = numbers.without_derivatives
     found = arrival(numbers, *link)
     if after is not None:
         (source, _), (target, pieces) = link, after

@@ -45,11 +45,11 @@ from rigidpend.routes.certified.sections import Numbers
 
 TOLERANCE = 2.0**-100
 """Tolerance of the integration."""
-WIDEST = 0.97
+MOST_GAMMA3 = 0.97
 """Largest |gamma3| in a set."""
 LENGTH = 2.0
 """Length of a step times the rate of the unstable direction, about."""
-SPARE = 8
+NOISE_BITS = 8
 """Bits below a unit at which coefficients count as round-off."""
 GROWTH = 1.4
 """Bits by which the bound grows while the unstable direction grows by e, about."""
@@ -150,7 +150,9 @@ def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers,
     found = values.reshape(-1, *at)
     found = _along_each(found, sizes, [chebyshev_analysis(size, NUMBERS) for size in sizes])
     # Smaller ones are noise, which the large coefficients of high T_k would multiply.
-    found = PairArray(np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + SPARE), 0.0, found.parts))
+    found = PairArray(
+        np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + NOISE_BITS), 0.0, found.parts)
+    )
     # In x the series stays one in Chebyshev polynomials, of which T_0 counts half in a family; in
     # u, v and w it becomes one of powers.
     doubled = np.diag([2.0] + [1.0] * (sizes[0] - 1))
@@ -208,7 +210,7 @@ def _beginning(
     """States (6, n) of the points of a set at some u, v and w."""
     a, (u, v, w) = NUMBERS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
-    if a.largest(g) > WIDEST:
+    if a.largest(g) > MOST_GAMMA3:
         raise ArithmeticError("the sets are too wide; with more half rotations they are smaller")
     d = a.zeros(g.shape)
     for p in (quad.p, *quad.moves)[::-1]:

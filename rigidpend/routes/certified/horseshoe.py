@@ -44,8 +44,8 @@ TILT = 0.01
 OVERSHOOT, WIDTH = 1.4, 1.7
 """Reach of an image over the set that it covers, and width of a set over that of images in it."""
 IN_TIME, IN_U, IN_V = 40, 5, 11
-"""Nodes in time and in both parameters, for coefficients of BITS bits."""
-BITS = 60
+"""Nodes in time and in both parameters, for coefficients of FEWEST_BITS bits."""
+FEWEST_BITS = 60
 """Bits of coefficients at the beginning."""
 SENSITIVE = 8.0
 """Change of orbits over the relative change of the energy."""
@@ -58,7 +58,7 @@ class ShiftProblem(NamedTuple):
     h: Exact
     """Energy, dimensionless, that of w = 0."""
     half_turns: int
-    bits: int = BITS
+    bits: int = FEWEST_BITS
     orders: tuple[int, int] | None = None
     """Nodes in both parameters; None for those of the sets of a full shift."""
     spread: Fraction = Fraction(0)
@@ -110,12 +110,12 @@ class ShiftProblem(NamedTuple):
     @property
     def nodes(self) -> tuple[int, int, int, int]:
         """Numbers of nodes in time, in both parameters of a set, and in the energy."""
-        further, in_w = self.bits - BITS, 1
+        further, in_w = self.bits - FEWEST_BITS, 1
         if self.spread:
             # Bits that each further power of w gains.
             by = -math.log2(SENSITIVE * float(self.spread) / float(self.h))
             in_w = max(2, math.ceil(self.bits / by))
-        in_time = math.ceil(IN_TIME * self.bits / BITS)
+        in_time = math.ceil(IN_TIME * self.bits / FEWEST_BITS)
         return in_time, *(self.orders or (IN_U + further // 12, IN_V + further // 6)), in_w
 
 
@@ -320,4 +320,6 @@ def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     # these sets are from the stable one; others are nearer by a factor for each half rotation.
     further = 2 * (setting.lengths - 1) * math.pi * float(setting.level.exponent[0, 0])
     away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further)
-    return setting._replace(bits=min(MOST_BITS, max(BITS, math.ceil(SPARE - 2 * math.log2(away)))))
+    return setting._replace(
+        bits=min(MOST_BITS, max(FEWEST_BITS, math.ceil(SPARE - 2 * math.log2(away))))
+    )

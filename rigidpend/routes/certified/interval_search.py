@@ -140,7 +140,6 @@ def _polynomial(values: Array) -> dict[Powers, int]:
     series = chebyshev.chebfit(nodes(n, precision(53)), values, n - 1)
     # Steps need not end at the crossings exactly: small coefficients are left out, for short terms.
     powers = chebyshev.cheb2poly(np.where(np.abs(series) > ROUGH, series, 0.0))
-    found = {(0, k, 0): round(float(c) * 2**CLOCK) for k, c in enumerate(powers)}
-    # A half-length is stored as twice what it stands for, as all coefficients of T_0 are.
-    found[0, 0, 0] *= 2
+    # All are coefficients of T_0(x), which are stored as twice what they stand for.
+    found = {(0, k, 0): 2 * round(float(c) * 2**CLOCK) for k, c in enumerate(powers)}
     return {at: c for at, c in found.items() if c}

@@ -20,7 +20,7 @@ from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import SCALARS, start_of
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.passages import followed, told
+from rigidpend.routes.certified.passages import followed, signs_on_parts
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.routes.certified.sections import BITS, Numbers
 
@@ -67,7 +67,7 @@ class EnclosedStarts(NamedTuple):
     def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
         """Enclose the numbers of a problem."""
         # No derivatives: only the polynomials' values are needed for symbols.
-        return cls(Numbers.of(body, h0)._replace(along=""), body, J1, h0)
+        return cls(Numbers.of(body, h0).without_derivatives, body, J1, h0)
 
     def states(self, of: PhaseInterval) -> list[Family]:
         """The aligned components of the starts of an interval, as functions of u."""
@@ -145,7 +145,7 @@ def signs_on_step(
 
     The orbits are within `bound` of the polynomials.
     """
-    for sign, box in told(numbers, states, bound, "H5", (-1, 1)):
+    for sign, box in signs_on_parts(numbers, states, bound, "H5", (-1, 1)):
         if not box:
             yield sign
             continue

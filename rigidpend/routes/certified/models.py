@@ -138,7 +138,7 @@ GRAIN = 64
 """Numbers of terms of a table are multiples of this, so that few tables are made."""
 VALUE_BITS = 62
 """Values are integers in units of 2^-VALUE_BITS."""
-SPARE = 34
+RECURRENCE_BITS = 34
 """Further bits in which the recurrence of T_j runs: they absorb its round-off."""
 
 
@@ -185,15 +185,18 @@ def _table(parts: int, terms: int) -> list[list[int]]:
     """
     # In T_{j+1} = 2 x T_j - T_{j-1} a rounding of at most one unit at term i reaches term n
     # multiplied by |U_{n-i}| <= n - i + 1: all of them add up to at most n^2/2. For 4096 terms
-    # that is 2^23 of units that are 2^SPARE times finer than those of the result.
-    rows, half = [], 1 << (SPARE - 1)
+    # that is 2^23 of units that are 2^RECURRENCE_BITS times finer than those of the result.
+    rows, half = [], 1 << (RECURRENCE_BITS - 1)
     for k in range(parts + 1):
         # x = (2 k - parts)/parts: multiplication by 2 x is a product and a shift.
         twice, shift = 2 * (2 * k - parts), parts.bit_length() - 1
-        before, here = 1 << (VALUE_BITS + SPARE), (twice << (VALUE_BITS + SPARE - 1)) // parts
+        before, here = (
+            1 << (VALUE_BITS + RECURRENCE_BITS),
+            (twice << (VALUE_BITS + RECURRENCE_BITS - 1)) // parts,
+        )
         row = []
         for _ in range(terms):
-            row.append((before + half) >> SPARE)
+            row.append((before + half) >> RECURRENCE_BITS)
             before, here = here, ((twice * here) >> shift) - before
         # P = w_0/2 + ..., and T_0 is an even number of units: the half is exact.
         rows.append([row[0] // 2, *row[1:]])

@@ -17,7 +17,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.routes.certified import checker
 from rigidpend.routes.certified.balls import SCALARS, LogarithmicNorm, double_above, upper
-from rigidpend.routes.certified.checker import LARGEST, Undecided
+from rigidpend.routes.certified.checker import WIDEST, Undecided
 from rigidpend.routes.certified.models import VALUE_BITS as VALUES
 from rigidpend.routes.certified.models import Family, Values
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
@@ -35,9 +35,9 @@ from rigidpend.routes.certified.sections import (
 
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
-WIDEST = 2.0**-12
+WIDEST_OF_SET = 2.0**-12
 """Largest radius of a tube about the orbits of a set."""
-TUBES = {"C": (WIDEST, 1.0), "H": (LARGEST, 0.5)}
+TUBES = {"C": (WIDEST_OF_SET, 1.0), "H": (WIDEST, 0.5)}
 """Largest radius of a tube, and the share of it at which growth is bounded, by hypotheses.
 
 C bounds growth at the orbits themselves, because derivatives grow there; H halfway between orbits
@@ -84,9 +84,9 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     if not pieces:
         raise Undecided("there are no steps")
     # `side` is the sign of M3 during the passage. A line begins at M3 < 0, not at M3 = 0.
+    begin: list[arb] = []
     if isinstance(start, StartLine):
-        side, order = -1, [0, -1]
-        begin, bounds = line_beginning(numbers, start, pieces[0])
+        side, order, bounds = -1, [0, -1], line_beginning(numbers, start, pieces[0])
     else:
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bounds = beginning(numbers, start, pieces[0])
@@ -95,7 +95,7 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     for states, half, apart in followed(numbers, pieces, bounds):
         with ctx.workprec(SCALARS):
             time += 2 * half.range
-            parts = told(numbers, states, apart[0], "C4", [side])
+            parts = signs_on_parts(numbers, states, apart[0], "C4", [side])
             # 0 where M3 has the sign of the passage, else the sign of the rate of side * M3.
             signs += [side * rate if box else 0 for rate, box in parts]
     check_signs(signs, order)
@@ -158,7 +158,7 @@ def followed(
                 bounds = [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half)
-            bounds = _carried(numbers, states, half, bounds, leaps, letter)
+            bounds = carried(numbers, states, half, bounds, leaps, letter)
         yield states, half, bounds
 
 
@@ -174,7 +174,7 @@ def defects(numbers: Numbers, states: Sequence[Family], half: Family) -> list[ar
     return norms(off, numbers.growth, numbers.along)
 
 
-def _carried(
+def carried(
     numbers: Numbers,
     states: Sequence[Family],
     half: Family,
@@ -186,7 +186,7 @@ def _carried(
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
     bound, factor = tube(states[2], half, apart, growth, letter)
     size, *slopes = norms(states, growth, numbers.along)
-    rate = growth.steepness(size + WIDEST)
+    rate = growth.steepness(size + WIDEST_OF_SET)
     found = [bound]
     for k, (name, slope) in enumerate(zip(numbers.along, slopes, strict=True)):
         # The derivative of f differs between orbits and polynomials by at most its second
@@ -207,14 +207,14 @@ def tube(
     """
     widest, share = TUBES[letter]
     sizes, length = [abs(each).upper() for each in on_parts(M3)], 2 * half.bound / PARTS
-    grown, factor, holds = checker.tube(sizes, length, begin, growth, widest, share)
+    grown, factor, holds = checker.growth_in_tube(sizes, length, begin, growth, widest, share)
     if holds:
         return grown, factor
     said = f"{letter}3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
     raise Undecided(f"{said}, and within {widest:.3g} is needed")
 
 
-def told(
+def signs_on_parts(
     numbers: Numbers, states: Sequence[Family], bound: arb, name: str, sides: Sequence[int]
 ) -> Iterator[tuple[int, list[arb]]]:
     """Tell of each part of a step the sign of M3, with an empty list, if it is one of `sides`.

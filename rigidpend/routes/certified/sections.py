@@ -107,6 +107,11 @@ class Numbers(NamedTuple):
     along: str = PARAMETERS
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
+    @property
+    def without_derivatives(self) -> Numbers:
+        """The same numbers where values alone are bounded."""
+        return self._replace(along="")
+
     @classmethod
     def of(
         cls, body: Body, h: Exact, spread: Fraction = Fraction(0), h0: Exact | None = None
@@ -213,7 +218,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
             name: slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
             for name in numbers.along
         }
-        near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
+        near = solution(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
         if not q > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
         # Of d, M3 and gamma3 the points are known exactly, of the other three within `near`.
@@ -223,14 +228,11 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
         return [each.range for each in (Q, gamma1, gamma2)], normed(apart, numbers.growth)
 
 
-def line_beginning(
-    numbers: Numbers, line: StartLine, piece: FamilyStep
-) -> tuple[list[arb], list[arb]]:
+def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list[arb]:
     """C1 of a line of starts, or of the strip about it: its points near given polynomials.
 
     Qp, M3 and gamma follow from J1, Qm, the place on the line, and the energy, or h0, which is the
-    energy without the weight's. Returns an empty list, since nothing asks where a line lies, and
-    bounds as :func:`beginning` does.
+    energy without the weight's. Returns bounds as :func:`beginning` does.
     """
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     Qp, Qm, M3, *gamma = states
@@ -282,15 +284,15 @@ def line_beginning(
             name: slopes(0, *(each.partial(name).range for each in (*found, aside)))
             for name in numbers.along
         }
-        near = _nearest(residual, slopes(1, *box, aside.range), turned, THIN)
+        near = solution(residual, slopes(1, *box, aside.range), turned, THIN)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
     with ctx.workprec(SCALARS):
         apart = [near, orders(Qm - aside, numbers.along), near, near, near, near]
-        return [], normed(apart, numbers.growth)
+        return normed(apart, numbers.growth)
 
 
-def _nearest(
+def solution(
     residual: Sequence[Family], slopes: arb_mat, turned: Mapping[str, arb_mat], room: float
 ) -> list[arb]:
     """C1: a bound on the distance to the only solution within `room`, and those on derivatives.
@@ -330,7 +332,7 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
     """A lower and an upper bound on theta2 of all starts of a line, radians, up to whole turns."""
     c = numbers.field
     with ctx.workprec(SCALARS):
-        _, (bound, *_) = line_beginning(numbers, line, pieces[0])
+        bound, *_ = line_beginning(numbers, line, pieces[0])
         begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
         near = zip(begin, distances(bound, numbers.growth), strict=True)
         _, _, M3, g1, g2, _ = (x + arb(0, e) for x, e in near)
@@ -346,6 +348,8 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
         return -double_above(-found), double_above(found)
 
 
-def told(low: float, high: float) -> str:
+def words_on_phases(low: float, high: float) -> str:
     """Words on phases between two numbers, with nine decimals that are rounded outward."""
-    return f"theta2_0 from {math.floor(low * 1e9) / 1e9:.9f} to {math.ceil(high * 1e9) / 1e9:.9f}"
+    # Products in doubles would be rounded before they are rounded outward.
+    ends = math.floor(Fraction(low) * 10**9), math.ceil(Fraction(high) * 10**9)
+    return "theta2_0 from {:.9f} to {:.9f}".format(*(x / 1e9 for x in ends))

@@ -69,6 +69,13 @@ def test_agrees_with_the_truth(apart: Executor, name: str, other: Any, threads: 
     assert errors == {"wrong_symbols": 0, "undecided": 0}
 
 
+@pytest.mark.slow
+def test_a_problem_that_is_asked_for_often_has_its_maps() -> None:
+    entry = Entrant(None, METHODS["route_codes_often"].variants[0])
+    solver = made("route_codes_often", problems.fig4(63, 15), entry)
+    assert solver.solve().by_map.all()
+
+
 def test_a_cross_check_trusts_up_to_the_first_disagreement() -> None:
     """Two runs differ in a column; the third sides with the second up to its own difference."""
     task = problems.fig4(3, 3)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend import Body
 from rigidpend.orbits.integrate import Crossings, Outcome, dop853
 from rigidpend.orbits.integrate.arithmetic import in_kernel, resolve, rung
 from tests.orbits.integrate.problems import FIG4, FREE, WAYS, fan, find, on_separatrix, same, task
@@ -25,13 +26,15 @@ def test_the_kernel_serves_up_to_424_bits() -> None:
     assert resolve("scipy", None, (64,)).precisions == (64,)
 
 
-def test_groups_follow_each_other_in_order() -> None:
+def test_groups_that_share_their_steps_follow_each_other_in_order() -> None:
     """65 orbits are two groups, of 33 and 32."""
     states = fan(65)
     found = find(states, "scipy", n_crossings=1, tolerance=1e-6)
     last = find(states[:, 33:], "scipy", n_crossings=1, tolerance=1e-6)
     assert found.time.shape == (1, 65)
     np.testing.assert_array_equal(found.time[:, 33:], last.time)
+    alone = find(states[:, 64:], "scipy", n_crossings=1, tolerance=1e-6)
+    assert 0 < abs(alone.time[0, 0] - last.time[0, -1]) < 1e-3
 
 
 def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
@@ -117,6 +120,21 @@ def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int
     assert found.separatrix[:, 0].tolist() == [2, 0]
 
 
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize(("engine", "bits"), WAYS)
+def test_agrees_that_a_start_on_the_section_is_no_crossing(
+    engine: str, bits: int, sense: int
+) -> None:
+    """M3 leaves zero in the sense of M1 M2, which grows with Qp^2 - Qm^2, and returns."""
+    Q = (1, 0.2) if sense > 0 else (0.2, 1)
+    begin = np.array([[*Q, 0, 0.6, 0.8, 0]]).T
+    heavy = Body(FIG4.A, FIG4.r, "0.01")
+    found = find(begin, engine, bits, body=heavy, n_crossings=2, passage_limit=30)
+    assert found.outcome.tolist() == [Outcome.COMPLETE]
+    assert found.time[0, 0] > 1
+    assert (found.separatrix[:, 0] % 2).tolist() == [sense > 0, sense < 0]
+
+
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_agrees_a_crossing_right_after_the_start(engine: str, bits: int) -> None:
     """Where the lane, or the integrator, has just stopped at the crossing of another orbit."""
@@ -127,3 +145,33 @@ def test_agrees_a_crossing_right_after_the_start(engine: str, bits: int) -> None
     # M3' is near 1/(2 sin(alpha0)).
     expected = 500 * last_bit * 2 * math.sin(FIG4.alpha0)
     np.testing.assert_allclose(found.time[0], expected, rtol=0.1)
+
+
+class Ramp:
+    """DOP853's interface over an orbit with M3 = (t - 1) `sense` in steps of 1, Qp = 1, Qm = -1."""
+
+    def __init__(self, sense: int) -> None:
+        self.sense, self.t, self.status = sense, 0.0, "running"
+        self.y = self.at(0.0)
+
+    def at(self, time: Any) -> Any:
+        """States (6, 1) or (6, times) at a time."""
+        M3 = self.sense * (np.atleast_1d(time) - 1)
+        return np.array([M3 * 0 + 1, M3 * 0 - 1, M3, *np.zeros((3, M3.size))])
+
+    def step(self) -> None:
+        self.t_old, self.t = self.t, self.t + 1
+        self.y = self.at(self.t).ravel()
+
+    def dense_output(self) -> Any:
+        return self.at
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_dop853_finds_a_crossing_just_where_two_steps_meet(
+    sense: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scipy.integrate.DOP853", lambda *_, **__: Ramp(sense))
+    found = find(Ramp(sense).y, "scipy", n_crossings=2, passage_limit=4)
+    assert found.separatrix.tolist() == [[2 if sense > 0 else 1], [0]]
+    assert found.time[0, 0] == pytest.approx(1, abs=1e-15)

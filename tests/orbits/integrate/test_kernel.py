@@ -16,9 +16,10 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate import bigint, in_unit
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
-from rigidpend.orbits.integrate.kernel.following import carrying, note
+from rigidpend.orbits.integrate.kernel.following import carrying, note, sampling
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
+from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import fan, task
 
@@ -57,6 +58,13 @@ def test_steps_err_by_rounding_alone(bits: int, finest: float) -> None:
     assert 2 < time < 20
     # Eight steps, each of which rounds and lets earlier errors grow a little.
     assert off(end, time, bits + 60) < 8 * Fraction(finest)
+
+
+def test_longer_numbers_follow_no_field_but_the_aligned_one() -> None:
+    """The constant rate of the second component would be lost."""
+    field, _ = trace(lambda y: [y[0] * y[1], 1.0], 2)
+    with pytest.raises(ValueError, match="aligned field alone"):
+        sampling(20, 106, field)
 
 
 def test_orders_share_a_kernel_as_far_as_it_has_room() -> None:

@@ -31,7 +31,7 @@ from rigidpend.orbits.integrate.batch import written
 from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 
-LIMIT = 10.0
+LIMIT, TINY = 10.0, 2.0**-21
 
 
 @pytest.mark.parametrize(
@@ -243,6 +243,18 @@ def test_zeros_are_isolated(coefficients: list[float]) -> None:
     at, decided = np.reshape(list(zeros(coefficients, 1e-9)), (-1, 2)).T
     assert decided.all()
     np.testing.assert_allclose(at, sorted(roots), atol=1e-12)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("first", "expected"), [(0.0, [TINY]), (1 - TINY, [1 - TINY, 1.0])])
+def test_a_zero_at_the_end_is_one_and_none_at_the_beginning_also_beside_a_turning_point(
+    first: float, expected: list[float], side: int
+) -> None:
+    """Of side (x - first) (x - second), whose two zeros no halving of the step has between them."""
+    second = first + TINY
+    found = list(zeros([side * first * second, -side * (first + second), side], 1e-15))
+    assert [decided for _, decided in found] == [True] * len(expected)
+    np.testing.assert_allclose([x for x, _ in found], expected, rtol=1e-9)
 
 
 def test_a_double_zero_is_told_and_in_the_middle_where_no_turn_lies_between() -> None:

@@ -22,6 +22,7 @@ from rigidpend.orbits.integrate import (
 )
 from rigidpend.orbits.integrate.arithmetic import bits_of_numbers
 from rigidpend.orbits.integrate.kernel import following, taylor_step
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.passages import touch
 from rigidpend.orbits.integrate.states import states_at
@@ -49,6 +50,7 @@ def test_outcome_out_of_steps_is_failed_and_the_next_run_knows_nothing_of_it(
 ) -> None:
     whole = find(fan(2), "taylor", bits)
     assert whole.outcome.tolist() == [Outcome.COMPLETE] * 2
+    monkeypatch.setattr(batch, "STEPS", {bits: 8})
     monkeypatch.setattr(batch, "MAX_STEPS", 3)
     found = find(fan(3, GENERIC), "taylor", bits, body=GENERIC)
     assert found.outcome.tolist() == [Outcome.FAILED] * 3
@@ -57,16 +59,27 @@ def test_outcome_out_of_steps_is_failed_and_the_next_run_knows_nothing_of_it(
     assert same(find(fan(2), "taylor", bits), whole)
 
 
+@pytest.mark.parametrize("M", [2.0**-7, 1.0, 2.0**7])
 @pytest.mark.parametrize("bits", [53, 106, 212])
-def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits: int) -> None:
-    """So that none is missed which `passages` would not decide, though |M| grows on the way."""
-    states = fan(11) * np.geomspace(3, 1, 11)
-    run = batch.Batch(task(states, bits), bits, 2.0 ** (1 - bits))
+def test_steps_are_noted_that_come_nearer_than_a_share_of_their_own_momentum(
+    bits: int, M: float
+) -> None:
+    """M3 turns there, and is 5/6 of |Qp| + |Qm| + |M3|, which is |M| or more."""
+    state = np.zeros((6 * KINDS[bits].parts, LANES))
+    state[:3] = M * np.array([[0.1], [0.1], [1.0]])
+    parameters = in_parts(task(fan(1), bits).coefficients, bits)
+    for depth, noted in ((0.78, 0), (0.84, LANES)):
+        order, notes = 20, np.zeros(LANES, following.note(20, bits))
+        given: Any = state.copy(), LANES, np.zeros((2, LANES)), parameters, depth, 1, 1, notes
+        assert following.carrying(order, bits)(*given) == noted
+
+
+def test_the_depth_of_noted_steps_is_that_of_a_touch() -> None:
+    run = batch.Batch(task(fan(3), 106), 106, 2.0**-105)
     run.load()
     run.kernel = kernel = Mock(return_value=0)
     run.noted(8)
-    largest = np.linalg.norm(states[:3], axis=0).max()
-    assert kernel.call_args.args[4] == pytest.approx(2 * touch(bits) * largest, rel=1e-12)
+    assert kernel.call_args.args[4] == touch(106)
 
 
 def test_long_passages_take_few_calls_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,10 +130,12 @@ def noted(begin: Any, after: float) -> Any:
     return step
 
 
+@pytest.mark.parametrize("steady", [(1, 1), (1, 0), (0, 1), (0, 0)])
 @pytest.mark.parametrize("sense", [1, -1])
-def test_a_crossing_just_where_two_steps_meet_is_one(sense: int) -> None:
+def test_a_crossing_just_where_two_steps_meet_is_one(sense: int, steady: Any) -> None:
     steps = np.array([noted((1, -1, -sense), 0.0), noted((1, -1, 0.0), sense)])
-    assert batch.crossings_on(steps, 53).shape == (3, 1)
+    steps["steady"], steps["zero"], steps["Qp"], steps["Qm"] = steady, (1.0, 0.0), 1.0, -1.0
+    assert batch.crossings_on(steps, 53).tolist() == [[0], [1], [2 if sense > 0 else 1]]
 
 
 def test_a_touch_is_as_deep_as_the_momentum_allows_where_the_step_begins(

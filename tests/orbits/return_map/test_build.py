@@ -50,6 +50,21 @@ HESS = Body((2, 1, "1.5"), (1, "sqrt(2)", 0), "0.001")
 SLOW = Body(("2.953", "2.566", "2.915"), ("0.212", "0.977", 0), "0.00265")
 
 
+@pytest.mark.slow
+def test_the_degree_of_the_normal_form_suffices_and_six_less_do_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where series shrink slowly: beyond what orbits without weight reach."""
+    monkeypatch.setattr(build, "ATTEMPTS", 1)
+    task = (body := drawn()[9].body), exact("1.20725"), exact("1.22095"), 64, SECOND
+    in_doubles = build.build(*task[:3], 53)
+    assert in_doubles.errors.charts <= build.ROUNDINGS * 2.0**-53 <= 2.0**-48
+    layer, planned = build.plan(*task)
+    assert build.build(*task, by=(layer, planned)).body == body
+    with pytest.raises(MapError, match="don't settle"):
+        build.build(*task, by=(layer, planned._replace(degree=planned.degree - 6)))
+
+
 @pytest.mark.parametrize(
     ("body", "h", "bits", "design"),
     [

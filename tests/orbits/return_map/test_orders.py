@@ -17,6 +17,7 @@ from rigidpend.orbits.return_map.orders import (
     Orders,
     Rough,
     first_look,
+    second_look,
     whole_reach,
 )
 from rigidpend.orbits.return_map.precision import precision
@@ -88,6 +89,21 @@ def test_tables_reach_as_far_as_series_shrink_and_the_reason_is_that_of_the_whol
     else:
         assert orders.looks(rough)[0].invariant / one == pytest.approx(tried[-1])
         assert asked == pytest.approx(tried)
+
+
+def test_a_normal_form_of_too_high_a_degree_is_refused(
+    rough: Rough, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    layer = first_look(rough, 5.5)
+    monkeypatch.setattr(orders, "MOST_DEGREE", 0)
+    with pytest.raises(MapError, match="mu is too large: the normal form") as refused:
+        second_look(rough, layer)
+    degree = int(str(refused.value).rpartition(" ")[2])
+    monkeypatch.setattr(orders, "MOST_DEGREE", degree)
+    assert second_look(rough, layer).by_degree[0] == 1
+    monkeypatch.setattr(orders, "MOST_DEGREE", degree - 1)
+    with pytest.raises(MapError, match="mu is too large: the normal form"):
+        second_look(rough, layer)
 
 
 def test_arcs_end_short_of_the_singularity(rough: Rough) -> None:

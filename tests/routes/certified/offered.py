@@ -157,7 +157,7 @@ def arrived(rows: Sequence[Mapping[Any, int]], box: Sequence[arb]) -> tuple[Any,
     there = Q, gamma1, gamma2
     mine = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
     d, g = (series(row, BITS) for row in rows)
-    along = [(d.along(i), g.along(i), script.Series.of(i == 3)) for i in script.ALONG]
+    along = [(d.partial(i), g.partial(i), script.Series.of(i == 3)) for i in script.ALONG]
     return mine, script.Arrival(d, g, 1, [interval(x) for x in box], [], Interval.of(0), along)
 
 
@@ -300,7 +300,7 @@ class Stored:
         again = step(piece)
         if isinstance(start, StartLine):
             line = script.Line(*start)
-            found: Any = lambda: sections.line_beginning(self.numbers, start, piece)[1]  # noqa: E731
+            found: Any = lambda: sections.line_beginning(self.numbers, start, piece)  # noqa: E731
             return [found, lambda: script.line_beginning(problem(), line, again)]
         return [
             lambda: sections.beginning(self.numbers, start, piece)[1],

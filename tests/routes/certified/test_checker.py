@@ -21,9 +21,10 @@ from rigidpend.routes.certified.checker import OrbitChecker
 from rigidpend.routes.certified.codes import check, prove
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate
-from scripts.check_certificate import Interval
+from scripts import check_certificate, check_full_shift, check_intervals
+from scripts.check_certificate import Fails, Interval, Refused
 from tests.bodies import FIG4, problem
+from tests.cli.calls import REFERENCE
 from tests.routes.certified.offered import GIVEN, Start, interval, said, same_limit
 
 PHASE = exact("3/10")
@@ -193,11 +194,41 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, monkeypatch: pytest.Monke
     same_limit("H5: Q is too near", 0.1, 1e-4, both)
 
 
-def test_a_step_of_an_interval_goes_forward() -> None:
+def test_a_step_goes_forward_along_an_orbit_and_along_those_of_an_interval() -> None:
     start, step = joint(0.0)
-    for length, reason in ((step.half_length, ""), (0, "H2: "), (-step.half_length, "H2: ")):
-        checks = start.checks_of_interval([step._replace(half_length=length)])
-        assert [said(check)[:4] for check in checks] == [reason] * 2
+    # Backward along the same orbits: all but the direction is as it should be.
+    mirrored = [[w * (-1) ** j for j, w in enumerate(row)] for row in step.series]
+    back = Step(-step.half_length, step.bits, mirrored)
+    for steps, forward in (
+        ([step], True),
+        ([step._replace(half_length=0)], False),
+        ([step, back], False),
+    ):
+        for of_one in (*start.checks(steps), *start.checks_of_interval(steps)):
+            assert ("H2: the length of a step" in said(of_one)) is not forward
+
+
+def test_a_problem_in_units_beyond_doubles_is_the_same() -> None:
+    Interval.digits = 512
+    given = Start()._asdict()
+    units = {"mu": "4**1200", "h0": "4**1200", "J1_0": "2**1200"}
+    large = given | {name: f"({given[name]})*{by}" for name, by in units.items()}
+    both = [check_certificate.problem_of(x, Fraction(1)) for x in (given, large)]
+    for a, b in zip(*((x.a, *x.torque, *x.start) for x in both), strict=True):
+        assert max(a.low, b.low) <= min(a.high, b.high) < max(a.low, b.low) + 2**20
+
+
+def test_bounds_beyond_doubles_are_refused_by_name() -> None:
+    Interval.digits = 512
+    problem = check_certificate.problem_of(Start()._asdict(), Fraction(1))
+    series = [[1 << 1200]] * 6
+    with pytest.raises(Fails, match=r"H1: more than 1e\+06 where two steps join"):
+        check_certificate.Walk(problem).take(check_certificate.Step(1, 1, series))
+    # A step so long that its growth has no number either: half of it is 2^20.
+    still = check_certificate.Step(1 << 52, 60, [[0]] * 6)
+    M3 = check_certificate.on_parts(still.series[2], still.bits, 32)
+    with pytest.raises(Fails, match=r"H3: a bound that grows by more than exp\(512\)"):
+        check_certificate.Walk(problem).tube(still, Fraction(1, 2**60), M3, 32)
 
 
 # ---- The second checker shares nothing with the package, and has the same problem.
@@ -221,6 +252,19 @@ def test_it_imports_nothing_of_the_package(script: Path) -> None:
         # Nor does it call what imports by a name.
         assert not (isinstance(node, ast.Name) and node.id in ("__import__", "exec", "eval"))
     assert found <= ALLOWED
+
+
+@pytest.mark.parametrize("text", [b"- 1", b"a: [", b"experiment: route_codes", b"", b"\xff"])
+def test_a_second_config_that_is_none_is_refused_in_a_sentence(
+    text: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (given := tmp_path / "given.yaml").write_bytes(text)
+    with pytest.raises(Refused, match=r"given\.yaml is no config of"):
+        check_certificate.stated_by(given)
+    for script, name in ((check_full_shift, "full_shift"), (check_intervals, "fig4_intervals")):
+        file = REFERENCE / f"{name}.h5"
+        assert script.main([str(file), "--config", str(given)]) == 1
+        assert f"{file}: not proven: {given} is no config" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -119,7 +119,7 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     assert squeeze == pytest.approx(abs(V[0]) + abs(V[1]) + V[2] / 64, abs=1e-9)
     off_, up_, w_ = (offered.series(row, BITS) for row in rows)
     at_ = quad_of(quad).curve(up_, w_) + off_
-    along = [tuple(each.along(i) for each in (at_, up_, w_)) for i in script.ALONG]
+    along = [tuple(each.partial(i) for each in (at_, up_, w_)) for i in script.ALONG]
     other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
     one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
     held = one._replace(stretch=2.0, squeeze=0.5)
@@ -172,9 +172,9 @@ def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None
         (u + u.widened(arb(2.0**-50)) * rough).partial("u")
     other = script.Series.made({(0, 1, 0): 1}, 0)
     thin = script.Series.of(Interval(0, 1))
-    assert (other * other * thin).along(1).error == 2 * (other * other * thin).error > 0
+    assert (other * other * thin).partial(1).error == 2 * (other * other * thin).error > 0
     with pytest.raises(Fails, match="only values are bounded"):
-        (other + other.wider(Fraction(1, 2)) * thin).along(1)
+        (other + other.wider(Fraction(1, 2)) * thin).partial(1)
 
 
 # ---- The stored proof.
@@ -235,6 +235,20 @@ def test_a_line_comes_to_the_sets_by_those_between(stored: Stored, followed: Non
         of_script = list(map(quad_of, stored.quads)), script.Line(*stored.line), steps
         theirs = said(script.prove, offered.GIVEN, *of_script, [quad_of(x) for x, _ in other[1:]])
         assert theirs.startswith(f"set {'line' if at == 1 else '1 of the approach'}: C6: ")
+
+
+@pytest.mark.slow
+def test_nothing_is_said_of_crossing_surfaces_behind_an_approach(
+    followed: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even if all that is asked of the strip's image held for that of the approach's last set."""
+    for name in ("check_strip", "check_graph", "check_crossings"):
+        monkeypatch.setattr(script, name, Mock())
+    found = script.read(offered.STORED)
+    of = offered.GIVEN, found.quads, script.Line(offered.J1, *found.line)
+    assert script.prove(*of, found.orbits).doubts[2] == ""
+    beyond = script.prove(*of, [*found.orbits, found.orbits[0]], found.quads[:1])
+    assert beyond.doubts == ["", "", "C9: the starts come to the sets by an approach"]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import random
 from contextlib import nullcontext
 from fractions import Fraction
 from types import SimpleNamespace
@@ -93,7 +94,7 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     targets = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads if not quad.rising]
     # Of sets so high that the image does not reach from end to end.
     targets += [(quad._replace(a=1000 * quad.a), first) for quad, first in targets]
-    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
+    numbers = sections.Numbers.of(BODY, setting.h).without_derivatives
     assert isinstance(link.of, Quad)
     image = passages.arrival(numbers, link.of, link.pieces())
     begun = [sections.beginning(numbers, *each)[0] for each in targets]
@@ -272,9 +273,22 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     beginning = sections.line_beginning
 
     def loose(*given: Any) -> Any:
-        reached, (bound, *others) = beginning(*given)
-        return reached, (bound + arb(1e-3), *others)
+        bound, *others = beginning(*given)
+        return bound + arb(1e-3), *others
 
     monkeypatch.setattr(sections, "line_beginning", loose)
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
+
+
+def test_phases_are_rounded_outward_in_words() -> None:
+    """Also beside a number of nine decimals, where a product of doubles is that number."""
+    lot = random.Random(1)
+    for _ in range(300):
+        end = lot.randrange(1, 6 * 10**9) / 1e9
+        for low in (math.nextafter(end, 0), end, math.nextafter(end, 7)):
+            said = sections.words_on_phases(low, low).split()
+            assert Fraction(said[2]) <= Fraction(low) <= Fraction(said[4])
+            assert Fraction(said[4]) - Fraction(said[2]) <= Fraction(1, 10**9)
+            again = script.words_on_phases(Interval.of(Fraction(low))).split()
+            assert again[1::2] == said[2::2]

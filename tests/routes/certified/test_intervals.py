@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import shutil
 from collections.abc import Callable
@@ -18,6 +19,8 @@ from flint import arb, ctx
 
 from rigidpend import Body, route_codes
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.return_map.expansions import nodes
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.checker import Undecided
@@ -31,7 +34,19 @@ from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
 from tests.remembered import Inline
-from tests.routes.certified.offered import BITS, BODY, H0, J1, Start, agree, constant, said, step
+from tests.routes.certified.offered import (
+    BITS,
+    BODY,
+    H0,
+    J1,
+    Start,
+    agree,
+    constant,
+    duration,
+    said,
+    step,
+)
+from tests.runs.checkers import config_of, restated
 
 GIVEN = Start()._asdict()
 ROOT = Path(__file__).parents[3]
@@ -159,6 +174,15 @@ def test_a_crossing_that_comes_at_once_has_no_steps_before_it(time: float, steps
     assert len(interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)) == steps
 
 
+def test_steps_end_as_long_behind_a_crossing_wherever_an_orbit_starts() -> None:
+    u = nodes(interval_search.NODES, precision(53))
+    times = np.stack([2 + u / 4, 5 - u / 2])
+    steps = interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
+    # A constant of half-lengths is stored exactly, and their slope is far above what is left out.
+    ends = [duration(steps, at) for at in u]
+    assert ends - times[-1] == pytest.approx(ends[0] - times[-1, 0], abs=1e-6)
+
+
 @pytest.mark.slow
 def test_what_is_claimed_of_an_interval_is_what_is_proven_of_it(
     one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
@@ -188,9 +212,24 @@ def other(name: str, value: Callable[[Any], Any]) -> Callable[[Any], None]:
     return change
 
 
+def asked(symbols: Any, stored: int = 2) -> Callable[[Any], None]:
+    """A config that asks for so many symbols, and as many rows of them; no share is claimed."""
+
+    def change(data: Any) -> None:
+        config = config_of(data.parent)
+        config["problem"]["n_symbols"] = symbols
+        restated(data.parent, config)
+        other("shares", lambda x: x[:0])(data)
+        other("intervals/codes", lambda x: x[[0] * stored])(data)
+
+    return change
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
+        *((asked(n), "symbols are not as many") for n in (0, -1, 2.5, math.inf, None)),
+        *((asked(n, n), "symbols are not as many") for n in (0, script.SYMBOLS + 1)),
         (changed("intervals/codes", (..., 0), lambda _: 255), "shares"),
         (changed("shares", 1, lambda x: x[0]), "shares"),
         (changed("intervals/place", 1, lambda x: x[0]), "overlap"),

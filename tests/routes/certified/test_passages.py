@@ -181,7 +181,7 @@ def test_C4_the_sign_of_M3_beside_its_bound(stored: Stored) -> None:
         piece = FamilyStep(BITS, {(0, 0, 0): 2}, terms)
         states = [Family.of(each, BITS) for each in terms]
         return [
-            lambda: list(passages.told(stored.numbers, states, arb(bound), "C4", [1])),
+            lambda: list(passages.signs_on_parts(stored.numbers, states, arb(bound), "C4", [1])),
             lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)),
         ]
 

@@ -51,7 +51,7 @@ def carrying(order: int, bits: int, lanes: int = LANES) -> Any:
     - state: 6 rows of `stride` doubles for each part of a number, carried on in place;
     - time: 2 rows, t' and the rounding error of its sums;
     - parameters: the 9 `AlignedCoefficients`, for each part;
-    - depth: steps on which |M3| may come down to this are noted too;
+    - depth: steps on which |M3| may come down to this times |M| are noted too;
     - groups, steps: number of vectors of lanes, and number of steps for each of them;
     - notes: an array of `note`, with room for one on each step of each lane.
     """
@@ -135,14 +135,16 @@ class _Carrying(Kernel):
             size = code.size(self.head(M3, k))
             code.store(code.fma(code.load(reach), h, size), reach)
             code.store(code.fma(code.load(bend), h, self._so_often(k, size)), bend)
-        # far: |c_0| > depth + sum |c_k| h^k. steady: |c_1| > sum k |c_k| h^(k-1) over k >= 2, so
-        # that the slope keeps its sign. A NaN makes both false, and the step is noted.
-        span = code.fma(code.load(reach), h, slope)
-        far = code.compare("ogt", code.size(self.head(M3, 0)), code.fma(span, h, self.depth))
+        # far: |c_0| > depth + sum |c_k| h^k, where the depth is that of |Qp| + |Qm| + |M3|, which
+        # is |M| at least. steady: |c_1| > sum k |c_k| h^(k-1) over k >= 2, so that the slope keeps
+        # its sign. A NaN makes both false, and the step is noted.
+        span = self._times(code.fma(code.load(reach), h, slope), h)
+        for i in range(MOMENTA):
+            span = code.fma(code.size(self.head(i, 0)), self.depth, span)
+        far = code.compare("ogt", code.size(self.head(M3, 0)), span)
         steady = code.compare("ogt", slope, self._times(code.load(bend), h))
-        zero = "zeroinitializer"
-        begin, end = (code.compare("olt", x, zero) for x in (self.head(M3, 0), after))
-        changed = code.logic("xor", begin, end)
+        # Noted where M3 is zero at an end of the step, too: `passages.crosses` tells which it is.
+        changed = code.compare("ole", self._times(self.head(M3, 0), after), "zeroinitializer")
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
         mask, some = self.any_lane(code.logic("or", changed, doubtful))
         with code.when(some):

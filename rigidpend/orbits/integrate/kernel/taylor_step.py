@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value, as_doubles
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexadecimal
-from rigidpend.orbits.integrate.kernel.tape import TracedField
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit at rest takes it."""
@@ -302,33 +302,36 @@ class Recurrences:
         self.numbers, self.zero = kernel.numbers, kernel.numbers.of_double(ZERO)
         self.sums, size = field.sums, kernel.series_rows()
         # Doubles are quicker with the terms j = 0 and j = k outside of the loop; for longer numbers
-        # the further lines would take long to compile.
+        # the further lines would take long to compile. They need a field like the aligned one: it
+        # has no quotient, and no parameter is a term or a rate.
         self.early = early_lines(field) if kernel.parts > 1 else ()
+        if kernel.parts > 1 and field != ALIGNED:
+            raise ValueError("numbers longer than doubles follow the aligned field alone")
         self.series: dict[int, str] = {}
         # Only factors of sums need their earlier coefficients. A quotient is a factor of its own
-        # sum.
+        # sum, with its divisor.
         for i in self.sums:
             operation, operands = field.lines[i]
-            for operand in operands if operation == "times" else (i, *operands):
-                self._keep(operand, size)
-        count = 1 + max((x.operands[0] for x in field.lines if x.name == "parameter"), default=0)
-        self.parameter = {
-            line.operands[0]: kernel.scalar("%parameters", line.operands[0], count)
-            for line in field.lines
-            if line.name == "parameter"
-        }
+            for operand in operands if operation == "times" else (i, operands[1]):
+                name, of = field.lines[operand]
+                if name == "component":
+                    self.series[operand] = kernel.component[of[0]]
+                elif operand not in self.series:
+                    self.series[operand] = self.code.variable(size)
+        given = [
+            (i, *line.operands) for i, line in enumerate(field.lines) if line.name == "parameter"
+        ]
+        self.parameters = {i: kernel.scalar("%parameters", k, len(given)) for i, k in given}
 
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
         # Coefficients of order 0: for doubles those of all lines, else only the parameters.
-        values: dict[int, Value] = {}
-        for i, line in enumerate(self.field.lines):
-            if line.name == "parameter":
-                values[i] = self.parameter[line.operands[0]]
-            elif not self.early:
-                values[i] = self._linear(i, "0", values, values)
-                self._put(i, values[i], "0")
+        values = dict(self.parameters)
         if not self.early:
+            for i in range(len(self.field.lines)):
+                if i not in values:
+                    values[i] = self._linear(i, "0", values, values)
+                    self._put(i, values[i], "0")
             self._integrate(values, "0")
         first = "0" if self.early else "1"
         # Higher orders are smaller on the step and need fewer bits: one loop for each number of
@@ -350,8 +353,8 @@ class Recurrences:
             found[i] = self._linear(i, k, found, values)
             self._put(i, found[i], k)
         sums = self._sums(k)
-        for i, line in enumerate(self.field.lines):
-            if line.name == "parameter" or i in self.early:
+        for i in range(len(self.field.lines)):
+            if i in self.parameters or i in self.early:
                 continue
             if i in sums:
                 found[i] = self._finished(i, sums[i], found, values)
@@ -359,14 +362,6 @@ class Recurrences:
                 found[i] = self._linear(i, k, found, values)
             self._put(i, found[i], k)
         self._integrate(found, k)
-
-    def _keep(self, i: int, size: str) -> None:
-        """Make room for the series of an operand; a component has one already."""
-        operation, operands = self.field.lines[i]
-        if operation == "component":
-            self.series[i] = self.kernel.component[operands[0]]
-        elif operation != "parameter":
-            self.series.setdefault(i, self.code.variable(size))
 
     def _put(self, i: int, value: Value, k: str) -> None:
         """Store a coefficient if a sum will need it."""
@@ -387,14 +382,14 @@ class Recurrences:
 
         This is right for sums of lines, for products with a parameter, and for all lines at k = 0.
         """
-        operation, operands = self.field.lines[i]
+        n, (operation, operands) = self.numbers, self.field.lines[i]
         if operation == "component":
-            return self.numbers.load(self.kernel.component[operands[0]], k)
-        if operation in ("times", "divided"):
-            # A parameter as a factor enters with its value at every order.
-            return self._combined(operation, *({**values, **found}[j] for j in operands))
-        # A parameter as a term is in `found` at k = 0 only: its higher coefficients are zero.
-        return self._combined(operation, *(found.get(j, self.zero) for j in operands))
+            return n.load(self.kernel.component[operands[0]], k)
+        # A parameter as a factor enters with its value at every order. As a term it is in `found`
+        # at k = 0 only: its higher coefficients are zero.
+        known = {**values, **found} if operation == "times" else found
+        made = {"plus": n.plus, "minus": n.minus, "times": n.times, "divided": n.quotient}
+        return made[operation](*(known.get(j, self.zero) for j in operands))
 
     def _sums(self, k: str) -> dict[int, Value]:
         """The sums' terms with j from 1 to k - 1, or from 0 to k where all factors are known."""
@@ -407,13 +402,10 @@ class Recurrences:
         whole = (code.add(k, 1), 0) if self.early else (k, 1)
         with code.loop(*whole) as j:
             other = code(f"sub i64 {k}, {j}")
-            loaded: dict[tuple[str, str], Value] = {}
             # A series is often a factor of several products: its coefficient is read once.
+            read = functools.cache(n.load)
             for i, place in places.items():
-                for at in zip(self._factors(i), (j, other), strict=True):
-                    if at not in loaded:
-                        loaded[at] = n.load(*at)
-                a, b = (loaded[at] for at in zip(self._factors(i), (j, other), strict=True))
+                a, b = map(read, self._factors(i), (j, other))
                 own.store(own.with_product(own.load(place, 0), a, b), place, 0)
         return {i: own.load(place, 0) for i, place in places.items()}
 
@@ -436,11 +428,6 @@ class Recurrences:
             return n.settled(total)
         total = n.settled(n.with_product(total, found[b], values[i]))
         return n.quotient(n.minus(found.get(a, self.zero), total), values[b])
-
-    def _combined(self, operation: str, a: Value, b: Value) -> Value:
-        n = self.numbers
-        made = {"plus": n.plus, "minus": n.minus, "times": n.times, "divided": n.quotient}
-        return made[operation](a, b)
 
 
 def early_lines(field: TracedField) -> tuple[int, ...]:
