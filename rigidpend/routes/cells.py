@@ -18,7 +18,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.records import columns, joined
 from rigidpend.routes import choice
-from rigidpend.routes.choice import Mapped
+from rigidpend.routes.choice import Followed
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -104,7 +104,7 @@ def cells_of_starts(
     # `Starts` asks for a problem with the largest J1_0 and one with the least.
     lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
     run = Run(common, Phases(theta2_0), arithmetic, jobs, Starts(J1_0, lowest), of=orbits)
-    return _cells(choice.decided(run))
+    return _cells(choice.decide(run))
 
 
 def cells_of_each(
@@ -154,11 +154,11 @@ def _of_bodies(
         # One limit for all orbits of the body: that of the orbit which waits longest.
         patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
         run = Run(patient, Phases(theta2_0), arithmetic, each=problems)
-        found.append(_cells(choice.decided(run, "integration")))
+        found.append(_cells(choice.decide(run, "integration")))
     return found
 
 
-def _cells(found: Mapped) -> Cells:
+def _cells(found: Followed) -> Cells:
     """The part of decided orbits that a plane keeps."""
     # No symbol behind an uncertain one is certain, so that the number of certain symbols is enough.
     certain = found.decided.certain.sum(axis=0).astype(np.uint8)

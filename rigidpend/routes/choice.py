@@ -45,8 +45,8 @@ LEAST_SAMPLE = 8
 """Least size of the sample of a part of the orbits, and size of that in one more precision."""
 
 
-class Mapped(NamedTuple):
-    """Decided orbits, and which of them maps alone decided."""
+class Followed(NamedTuple):
+    """Decided orbits, and which of them maps alone have followed."""
 
     decided: Decided
     by_map: NDArray[np.bool_]
@@ -70,7 +70,7 @@ def expected_seconds(
     return orbits * costs.integration(problem, precisions)
 
 
-def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
+def decide(run: Run, method: str = "auto", *, kept: bool = False) -> Followed:
     """Decide all orbits of a run, by maps where these are expected to take less time.
 
     Parameters
@@ -107,7 +107,7 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
 
         try:
             maps = Maps(run, least_time=method == "auto" and not few, kept=few)
-            return decided_by(maps, sampled=sampled)
+            return by_maps(maps, sampled=sampled)
         except certainty.Contradiction:
             # The count is forgotten, so that the next call takes a sample again. Without one it
             # would call wrong symbols certain.
@@ -122,7 +122,7 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
                 each, all_ = costs.integration(run.problem, ladder), run.orbits
                 said = f"there are no return maps: {reason}"
                 costs.warned(run.problem, all_, all_, each, said)
-    return Mapped(run.decided(), np.zeros(len(run.phases), dtype=bool))
+    return Followed(run.by_integration(), np.zeros(len(run.phases), dtype=bool))
 
 
 class _Asked(NamedTuple):
@@ -149,7 +149,7 @@ def _counted(run: Run, few: bool) -> tuple[bool, bool]:
     return likely, due
 
 
-def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
+def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
     """Decide orbits as `certainty.decide` does, with maps in the place of integrations.
 
     Orbits that maps leave open are integrated if the precisions go beyond the maps', and compared
@@ -197,7 +197,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
     # Orbits that were integrated because maps left them open have more bits than the maps.
-    return Mapped(known, (known.bits <= maps.most_bits) & ~left)
+    return Followed(known, (known.bits <= maps.most_bits) & ~left)
 
 
 def with_maps(

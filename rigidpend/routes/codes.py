@@ -16,7 +16,7 @@ from rigidpend.numbers.expressions import words
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes import choice
-from rigidpend.routes.choice import Mapped
+from rigidpend.routes.choice import Followed
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
@@ -157,10 +157,10 @@ def codes_of(
     phases = Phases(theta2_0)
     problem.afford(len(phases))
     run = Run(problem, phases, arithmetic, jobs, of=of)
-    return routes_of(phases, choice.decided(run, method, kept=kept))
+    return routes_of(phases, choice.decide(run, method, kept=kept))
 
 
-def routes_of(phases: Phases, found: Mapped) -> RouteCodes:
+def routes_of(phases: Phases, found: Followed) -> RouteCodes:
     """The routes of some phases, from their decided crossings."""
     (time, separatrix, _), certain, bits = found.decided
     codes = symbols(separatrix)

@@ -31,15 +31,13 @@ SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
 
 Measured on 17 random bodies, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
 machine: integration took some 0.8 to 1.4 times as long."""
-FACTORS = {53: 1.0, PAIRS: 11.0, 159: 67.0, 212: 210.0, 424: 3_600.0}
+FACTORS = {53: 1.0, PAIRS: 11.0, 159: 85.0, 212: 210.0, 424: 3_600.0}
 """Factor by which deciding an orbit takes longer in the kernel's numbers than in doubles.
 
-By the bits of the numbers; two computations each. In pairs it was 8.5 to 12.6 with 6 bodies, in
-sums of four doubles 207 and 227 with two, and the others were measured with Fig. 4's."""
+By the bits of the numbers. In pairs it was 8.5 to 12.6 with 6 bodies, in four doubles 207 and 227,
+in three 67, and 107 where orbits stayed open, which takes a third computation."""
 IN_INTEGERS = 0.65
-"""The same factor in integers, over the square of their bits.
-
-With Fig. 4's body it was 0.66, 0.60 and 0.58 at 448, 500 and 600 bits."""
+"""The same in integers, over the square of their bits: 0.66 to 0.58 at 448 to 600 bits."""
 SHARPER, SHARPEST = 64, 82
 """Bits of the first map that decides the orbits that doubles leave open, in pairs of doubles.
 

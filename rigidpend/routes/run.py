@@ -135,7 +135,7 @@ class Run:
             return begin, states_double(begin, self.phases.near[columns], self.phases.rest[columns])
         return begin, states_exact(begin, self.phases.exactly(columns), bits)
 
-    def decided(self) -> Decided:
+    def by_integration(self) -> Decided:
         """Decide all columns by integration.
 
         Where the arithmetic of a precision is compiled, threads share the columns, and each decides

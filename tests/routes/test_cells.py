@@ -76,7 +76,7 @@ def test_mixed_orbits_have_their_own_codes(jobs: int, monkeypatch: pytest.Monkey
 
 
 def test_the_fastest_rate_and_longest_wait_count(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(choice, "decided", decided := Mock(wraps=choice.decided))
+    monkeypatch.setattr(choice, "decide", decided := Mock(wraps=choice.decide))
     cells_of_each(PROBLEM, {"h0": H0}, FEW, DOUBLES)
     each = [cell_problem(PROBLEM, {"h0": h0}) for h0 in H0.tolist()]
     run, _ = decided.call_args.args

@@ -289,7 +289,7 @@ def test_symbols_of_orbits_that_are_handed_over_are_those_of_integrations(
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Run, "crossings", counted)
-        found = choice.decided_by(maps, sampled=False)
+        found = choice.by_maps(maps, sampled=False)
     assert found.decided.certain.all()
     assert not found.by_map[open_].any()
     assert (
@@ -321,7 +321,7 @@ def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
 
     monkeypatch.setattr(Maps, "crossings", from_start)
     monkeypatch.setattr(Maps, "onward", from_there)
-    found = choice.decided_by(maps, sampled=False).decided
+    found = choice.by_maps(maps, sampled=False).decided
     gap = RATE * np.abs(found.crossings.time[-1] - exact.time[-1])
     assert found.certain[-1].any()
     assert (gap[found.certain[-1]] < 2 * certainty.LINEAR).all()

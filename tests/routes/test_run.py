@@ -58,7 +58,7 @@ def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
 
 
 def test_a_rung_is_computed_once_and_decides(integrations: list[dict[str, Any]]) -> None:
-    found = run(53, 106).decided()
+    found = run(53, 106).by_integration()
     finer = {bits: [x["orbits"] for x in integrations if x["bits"] == bits] for bits in (64, 76)}
     assert found.certain.all()
     assert {64, 76} <= set(found.bits.tolist())

@@ -36,7 +36,7 @@ MOST_ITERATIONS = 24
 SOON, NEAR = 10, 0.1
 """Number of iterations of which one must have a correction of less than `NEAR`, radians.
 
-So it was wherever they converged later, and with one in 60 of the others."""
+So it was with all that converged later, and with one in 60 of the others."""
 ROUNDS = 2
 """Iterations of a guess, each of which leaves about mu/h0 of the error."""
 LONGEST_STEP = 0.5
