@@ -156,6 +156,8 @@ class _Flow:
         self.head = functools.cache(lambda i, count: self.polynomial(self.terms[i][:count]))
         """Beginnings of series as polynomials, by line and length: several products need them."""
         self._solve(0, self.order)
+        # What it holds refers to this object, so that nothing would free it before long.
+        self.head.cache_clear()
         series = [self.terms[line] for line in self.components]
         radius = min(
             math.exp(min(LONGEST, -_log(max(abs(int(s[k])) for s in series), self.P) / k))
