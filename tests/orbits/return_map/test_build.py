@@ -103,6 +103,16 @@ def test_order_tables_err_by_less_than_is_stated(case: Body | int) -> None:
         assert 0.1 < ratios.max() < 1
 
 
+@pytest.mark.slow
+def test_inverse_charts_err_more_between_the_points_that_measure_it() -> None:
+    problem = drawn(8, 18)[17]
+    made = return_map(problem.body, h=problem.energies, bits=64, design=FIRST)
+    _, inverse = stated_maps.ratios(made)
+    # `ratios` holds it against the sum of what both charts state.
+    true = inverse.max() * (made.errors.inverse + made.errors.charts)
+    assert made.errors.inverse / checks.BETWEEN < true < made.errors.inverse
+
+
 def test_a_map_is_shown_in_two_lines() -> None:
     made = return_map(FIG4, h=("1.3332", "1.3352"))
     worst = max(made.errors.charts, made.errors.inverse, made.errors.exponents)
