@@ -19,6 +19,7 @@ from rigidpend.mechanics.coordinates import (
 from rigidpend.mechanics.equations import aligned, aligned_coefficients
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.generic import Array, Numbers
+from rigidpend.orbits.integrate.passages import crosses
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
@@ -102,9 +103,8 @@ def alpha(states: Array, body: Body) -> Array:
 def separatrices(states: Array) -> NDArray[np.uint8]:
     """Separatrices 1..4 beside which successive samples (6 or more, n) change the sign of M3."""
     Qp, Qm, M3 = states[:3]
-    k = np.flatnonzero(np.sign(M3[:-1]) * np.sign(M3[1:]) < 0)
-    beside = map(separatrix_beside, M3[k] < 0, Qp[k], Qm[k])
-    return np.array(list(beside), dtype=np.uint8)
+    k = np.flatnonzero(crosses(M3[:-1], M3[1:]))
+    return np.asarray(separatrix_beside(M3[k] < 0, Qp[k], Qm[k]), dtype=np.uint8)
 
 
 def samples(body: Body, t: Array, states: Array) -> SampledOrbit:

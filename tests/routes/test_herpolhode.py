@@ -46,6 +46,13 @@ def test_the_published_route_comes_out_and_is_followed(theta2_0: str, published:
     assert 0 < last + (last - before) / 2 - orbit.t[-1] < 0.05 + 1e-9
 
 
+def test_a_sample_on_the_section_is_one_crossing() -> None:
+    """Up beside 2 over a sample with M3 = 0, and down beside 3."""
+    Qp, Qm, M3 = [1, 1, 1, -1, -1], [-1, -1, 1, 1, 1], [-1, 0, 1, 1, -1]
+    found = herpolhode.separatrices(np.array([Qp, Qm, M3, *[[0] * 5] * 3], dtype=float))
+    np.testing.assert_array_equal(found, [2, 3])
+
+
 def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:
     """Through five passages, as far as an orbit stays the same when it is computed again."""
     p, orbit = PROBLEM, followed(1.83, np.array([170.0, 200.0]))
