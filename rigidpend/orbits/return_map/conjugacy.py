@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -147,11 +148,12 @@ class TorusForm:
         MapError
             A point lies outside of the range of the normal form.
         """
-        rough = self.in_doubles(series=True)
+        # Odd and even terms up to the degree.
+        rough, terms = self.in_doubles(series=True), math.comb(self.nf.degree + 2, 2)
         counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
         found = [
             _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))
-            for groups, at, here in in_blocks(counts)
+            for groups, at, here in in_blocks(counts, terms)
         ]
         return Beside(*(np.concatenate(x) for x in zip(*found, strict=True)))
 

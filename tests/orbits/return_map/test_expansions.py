@@ -70,11 +70,14 @@ def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int])
     """A group that ends with a block, goes over three of them, or shares one."""
     a, random = precision(bits), np.random.default_rng(1)
     rows, matrices = random.normal(size=(sum(counts), 3)), random.normal(size=(len(counts), 3, 2))
-    blocks = list(in_blocks(counts))
-    assert all(len(rows[at]) == sum(here) <= 512 for _, at, here in blocks)
-    found = [grouped(a.array(rows[at]), a.array(matrices[of]), here) for of, at, here in blocks]
     each = np.repeat(matrices, counts, axis=0)
-    assert np.abs(a.floats(np.concatenate(found)) - (rows[:, :, None] * each).sum(1)).max() < 1e-14
+    for terms, most in ((1, 512), (2_500, 209), (2**20, 1)):
+        blocks = list(in_blocks(counts, terms))
+        assert max(len(rows[at]) for _, at, _ in blocks) == min(most, sum(counts))
+        assert all(len(rows[at]) == sum(here) for _, at, here in blocks)
+        found = [grouped(a.array(rows[at]), a.array(matrices[of]), here) for of, at, here in blocks]
+        off = a.floats(np.concatenate(found)) - (rows[:, :, None] * each).sum(1)
+        assert np.abs(off).max() < 1e-14
 
 
 def test_a_product_without_rows_has_none() -> None:
