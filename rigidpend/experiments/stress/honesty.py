@@ -204,8 +204,8 @@ def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
     """The maps of a run, the first or all of them spoilt."""
 
     class Spoilt(mapped.Maps):
-        def made(self, bits: int, design: Design) -> ReturnMap:
-            right = super().made(bits, design)
+        def map_of(self, bits: int, design: Design) -> ReturnMap:
+            right = super().map_of(bits, design)
             if design != FIRST and not every:
                 return right
             return spoilt(right, size, int(1000 * float(design.unit)))

@@ -25,7 +25,7 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, resolve
-from rigidpend.routes.certainty import FIRST
+from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
@@ -199,7 +199,7 @@ def routes(
 ) -> RouteCodes:
     """Route codes as `rigidpend.route_codes` gives them."""
     arithmetic = resolve(engine, tolerance, precisions)
-    return codes_of(problem, phases, arithmetic, jobs, method, kept=True)
+    return codes_of(problem, phases, arithmetic, jobs, method, use_kept=True)
 
 
 def route_crossings(
@@ -210,7 +210,7 @@ def route_crossings(
     The engine `scipy` computes in integers, which share no arithmetic with the other engine.
     """
     run = Run(problem, Phases(phases), resolve(engine, None, (bits,)), jobs)
-    return run.crossings(bits, FIRST, range(len(run.phases)))
+    return run.crossings(bits, FIRST_SCALES, range(len(run.phases)))
 
 
 def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:

@@ -94,10 +94,10 @@ class Costly(MapError):
         )
 
 
-WHOLE = Design()
+WITH_THETA3 = Design()
 """Design of a map that gives theta3 too."""
 FIRST, SECOND, THIRD = (
-    WHOLE._replace(theta3=False),
+    WITH_THETA3._replace(theta3=False),
     Design(UNITS[1], 1.06, 2, 0.7, theta3=False),
     Design(UNITS[2], 1.03, 2, 1.9, theta3=False),
 )

@@ -29,7 +29,7 @@ from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.build import (
-    WHOLE,
+    WITH_THETA3,
     Costly,
     Design,
     ReturnMap,
@@ -59,7 +59,7 @@ def return_map(
     *,
     h: Scalar,
     bits: int = 53,
-    design: Design = WHOLE,
+    design: Design = WITH_THETA3,
     budget: float = math.inf,
 ) -> ReturnMap:
     """The return map of a body, built or taken from the cache.

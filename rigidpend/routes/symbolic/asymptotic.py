@@ -47,7 +47,7 @@ from rigidpend.routes.symbolic.chain import (
     on_surface,
     signs_of,
 )
-from rigidpend.routes.symbolic.levels import Level, Mask, Signs, onward
+from rigidpend.routes.symbolic.levels import ChainLevel, Mask, Signs, onward
 
 TOGETHER = 2000
 """Number of orbits that are followed at a time: their tables then stay in the processor's cache."""
@@ -85,13 +85,13 @@ class Track(NamedTuple):
         return np.diff(cells_of(self.chi), axis=0)
 
 
-def track(level: Level, b: Array, n: int) -> Track:
+def track(level: ChainLevel, b: Array, n: int) -> Track:
     """Follow orbits of the surface, by their angles b, (N,), through n passages."""
     starts = range(0, max(len(b), 1), TOGETHER)
     return joined([_track(level, b[k : k + TOGETHER], n) for k in starts])
 
 
-def _track(level: Level, b: Array, n: int) -> Track:
+def _track(level: ChainLevel, b: Array, n: int) -> Track:
     """:func:`track` of orbits that are few enough to be followed at once."""
     at = level.arriving(np.zeros_like(b), b)
     made, last = level.map_level, SectionPoint(True, at.d, at.chi)
@@ -110,7 +110,7 @@ def _track(level: Level, b: Array, n: int) -> Track:
     )
 
 
-def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, int]]:
+def skeleton(level: ChainLevel, symbols: int, half_turns: int) -> list[tuple[Track, int]]:
     """The doubly asymptotic orbits of the surface, for each number of symbols from 0 to `symbols`.
 
     The symbols belong to the passages between the first crossing and the last, each of which takes
@@ -141,7 +141,7 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
 class _Arcs:
     """Arcs of the surface between zeros of U behind n - 1 passages, sampled behind n passages."""
 
-    def __init__(self, level: Level, low: Array, high: Array, n: int, half_turns: int) -> None:
+    def __init__(self, level: ChainLevel, low: Array, high: Array, n: int, half_turns: int) -> None:
         self.level, self.n, self.most = level, n, half_turns
         self.low, self.width = low, high - low
         least = level.fewest_half_turns(level.splitting)
@@ -232,7 +232,7 @@ class _Arcs:
         return (low + high) / 2
 
 
-def _bisected(level: Level, low: Array, high: Array, n: int) -> Array:
+def _bisected(level: ChainLevel, low: Array, high: Array, n: int) -> Array:
     """The zeros b of U behind n passages, between bounds at which U has different signs."""
     negative = np.signbit(track(level, low, n).U)
     for _ in range(HALVINGS):
@@ -285,7 +285,7 @@ class DoublyAsymptotic(NamedTuple):
         return np.asarray(self.leaving + rates.rotation * turned)
 
 
-def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
+def doubly_asymptotic(level: ChainLevel, rough: Track) -> DoublyAsymptotic:
     """The orbits of a skeleton with n symbols to rounding, as chains from one surface to the other.
 
     NoOrbit is raised where Newton's method does not converge, or converges to another orbit.

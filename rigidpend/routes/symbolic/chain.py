@@ -29,7 +29,14 @@ from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.symbolic.address import cells_of
-from rigidpend.routes.symbolic.levels import Arrival, Level, Mask, PassageEnds, Signs, each_alone
+from rigidpend.routes.symbolic.levels import (
+    Arrival,
+    ChainLevel,
+    Mask,
+    PassageEnds,
+    Signs,
+    each_alone,
+)
 
 MOST_ITERATIONS = 24
 """Largest number of Newton's iterations; 1,100 chains of four bodies took 18 at most."""
@@ -82,7 +89,7 @@ class Chain(NamedTuple):
     orbit that ends on a stable surface has one more a.
     """
 
-    level: Level
+    level: ChainLevel
     unknown: Any
     """The value on which the :class:`Arrival` depends; of no meaning for a closed orbit."""
     a: Array
@@ -153,7 +160,7 @@ class System(NamedTuple):
     The unknowns are that of the arrival, then a and b of each passage in turn.
     """
 
-    level: Level
+    level: ChainLevel
     begin: Begin | None
     """The passage before the first; None for a closed orbit, where it is the last one."""
     signs: Signs
@@ -308,7 +315,7 @@ class System(NamedTuple):
         raise NoOrbit("Newton's method does not converge")
 
 
-def displaced(level: Level, x: Array, split: float) -> float:
+def displaced(level: ChainLevel, x: Array, split: float) -> float:
     """Largest displacement of crossings by roundings of the tables and of the angles `x`, radians.
 
     `split` is the least splitting, as |I|, of the surfaces where the orbits change sides.
@@ -316,7 +323,7 @@ def displaced(level: Level, x: Array, split: float) -> float:
     return level.displaced(53, split) * (1 + float(np.abs(x).max()) / ANGLES)
 
 
-def check_split(level: Level, moved: float, split: float, most: float = MOVED) -> None:
+def check_split(level: ChainLevel, moved: float, split: float, most: float = MOVED) -> None:
     """Raise NoOrbit where roundings displace orbits by `moved`, more than `most`, radians."""
     if moved > most:
         body, other, where = "nearly symmetric", "a less symmetric body", f"{level.splitting:.1g}"

@@ -52,7 +52,7 @@ from rigidpend.routes.symbolic.chain import (
     signs_of,
     tangents,
 )
-from rigidpend.routes.symbolic.levels import Level, Signs
+from rigidpend.routes.symbolic.levels import ChainLevel, Signs
 from rigidpend.routes.symbolic.shortest import alike
 from rigidpend.routes.symbolic.stretching import BENDING
 
@@ -149,11 +149,11 @@ def closed_orbit(
     address = parsed(word)
     if address.half_turns is not None or len(address.symbols) > MOST_SYMBOLS:
         raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
-    return closed(Level.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
+    return closed(ChainLevel.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
 
 
 def closed(
-    level: Level, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
+    level: ChainLevel, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
 ) -> ClosedOrbit:
     """:func:`closed_orbit` on a given level; `first` is the parity of the first crossing's cell."""
     # A word of odd length is read twice.

@@ -21,7 +21,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
-from rigidpend.routes.symbolic.levels import Level, Surface, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, Surface, surface
 from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import exactly, shortest
 
@@ -183,9 +183,9 @@ def _solved(orbits: Surface, address: Address, near: Exact | None) -> tuple[Chai
     """The chain of an address at its own energy, and the derivative of theta2_0 in the energy."""
     # The energy of an orbit depends on its theta2_0. A first chain is found at a guess of it.
     if near is None:
-        level = Level(orbits.made, orbits.problem.h0)
+        level = ChainLevel(orbits.return_map, orbits.problem.h0)
         return _at_own_energy(orbits, _either(orbits, level, address, math.pi))
-    level = Level(orbits.made, orbits.energy(float(near)))
+    level = ChainLevel(orbits.return_map, orbits.energy(float(near)))
     other, beside = followed(orbits, float(near), len(address.symbols))
     for each in _nearby(address, other):
         own = beside if (each.symbols, each.half_turns) == other[1:] else None
@@ -211,7 +211,7 @@ def _nearby(address: Address, other: Address) -> list[Address]:
 
 
 def _either(
-    orbits: Surface, level: Level, address: Address, middle: float, beside: Array | None = None
+    orbits: Surface, level: ChainLevel, address: Address, middle: float, beside: Array | None = None
 ) -> Chain:
     """The chain from the first cell that is asked for, or from either: that which takes less time.
 
@@ -259,7 +259,7 @@ def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
         if abs(step) < 2e-16 * abs(h):
             break
         h, before = h + step, theta
-        level = Level(orbits.made, h)
+        level = ChainLevel(orbits.return_map, h)
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
         made = system.solved(made.unknowns).within(cells)
         theta = made.unknown

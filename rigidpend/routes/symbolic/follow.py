@@ -29,7 +29,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import section_points
-from rigidpend.routes.symbolic.levels import Level, Surface, each_alone, onward, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, Surface, each_alone, onward, surface
 
 LEAST_BITS = 64
 """Least precision, bits, of the states at crossings."""
@@ -84,11 +84,11 @@ def address_of(
     states = states_exact(begin, [phase], bits)
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = surface(problem)
-    level = Level(orbits.made, orbits.energy(float(phase)))
+    level = ChainLevel(orbits.return_map, orbits.energy(float(phase)))
     return addressed(level, section_points(there, level.c, precision(53)), routes.codes[:n, 0])
 
 
-def addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
+def addressed(level: ChainLevel, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
     """The address of n + 1 crossings with n symbols, each followed by the map through one passage.
 
     MapError is raised where a passage leaves the tables or has another symbol.
@@ -111,7 +111,7 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
     The second result is chi of its crossings, radians, whole turns included. Both end before the
     first passage that leaves the tables.
     """
-    level = Level(orbits.made, orbits.energy(theta2))
+    level = ChainLevel(orbits.return_map, orbits.energy(theta2))
     at = level.arriving(*orbits.begin(level)(theta2)[:2])
     symbols, chi = [], [float(at.chi[0])]
     for passed in onward(level.map_level, SectionPoint(True, at.d, at.chi), n):

@@ -1,7 +1,7 @@
 """The return map at one energy as chains use it, and the orbits of Fig. 4 as their beginnings.
 
-A :class:`Level` looks up the values and derivatives of the inverse charts together, in doubles. A
-:class:`Surface` holds the orbits on S1-, one for each phase theta2_0.
+A :class:`ChainLevel` looks up the values and derivatives of the inverse charts together, in
+doubles. A :class:`Surface` holds the orbits on S1-, one for each phase theta2_0.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def widest_d(level: EnergyLevel) -> float:
     return max(float(chart.forward.width) for chart in level.charts)
 
 
-class Level:
+class ChainLevel:
     """The return map of a body at one energy, in the form in which chains use it.
 
     `widest` and `unit` are the largest |I| and |d| of the tables. `splitting` is the largest |I|
@@ -117,9 +117,9 @@ class Level:
         self.shift = float(np.diff(self.crossings([True, False], True, 0.0, 0.0).chi)[0])
 
     @staticmethod
-    def of(body: Body, h: Scalar) -> Level:
+    def of(body: Body, h: Scalar) -> ChainLevel:
         """The level of a body at an energy, dimensionless; MapError where it has no map."""
-        return Level(return_map(body, h=h), h)
+        return ChainLevel(return_map(body, h=h), h)
 
     def _split(self, rising: bool) -> float:
         """The largest |I| behind crossings on an unstable surface, upward or downward ones."""
@@ -231,7 +231,7 @@ class Surface(NamedTuple):
     """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa)."""
 
     problem: RouteProblem
-    made: ReturnMap
+    return_map: ReturnMap
     """The return map over the energies of all phases."""
 
     def energy(self, theta2: Any, J1_0: Any = None) -> Any:
@@ -248,7 +248,7 @@ class Surface(NamedTuple):
         """The first crossings of orbits by their phases, at the energies of the level."""
         return level.enter(start_Qp(self.problem, "1", 53, J1_0), self._phase(theta2))
 
-    def begin(self, level: Level) -> Callable[[float], Arrival]:
+    def begin(self, level: ChainLevel) -> Callable[[float], Arrival]:
         """The arrival of the orbit of a phase, as a function of theta2, at the level's energy."""
         made, Qp = level.map_level, start_Qp(self.problem, "1", 53)
 

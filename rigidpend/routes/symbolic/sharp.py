@@ -36,7 +36,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import ChainLevel
 
 DEPTH = Fraction(1, 10**16)
 """J1 of the starts over J1_0. Orbits start with I of 1e-16 of J1, and theta2_0 errs by I/J1_0."""
@@ -82,7 +82,7 @@ class Launch:
     integration.
     """
 
-    def __init__(self, level: Level, J1_0: Exact) -> None:
+    def __init__(self, level: ChainLevel, J1_0: Exact) -> None:
         self.level, self.bits = level, PAIRS
         if level.displaced(PAIRS) > FINEST:
             self.bits *= 2

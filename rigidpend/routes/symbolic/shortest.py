@@ -11,7 +11,7 @@ import numpy as np
 
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, check_split, on_surface
-from rigidpend.routes.symbolic.levels import Level, Signs
+from rigidpend.routes.symbolic.levels import ChainLevel, Signs
 
 APART = 4
 """Half rotations beyond those of |I| = splitting from which no crossing disturbs the next."""
@@ -76,7 +76,7 @@ def path(
         x, longer = made.unknowns, max(0.0, longer - step)
 
 
-def _reason(level: Level, made: Chain | None, longer: float) -> str:
+def _reason(level: ChainLevel, made: Chain | None, longer: float) -> str:
     """Message about a continuation that ended at a length; `made` is the last chain found."""
     if made is None:
         return "Newton's method does not converge even for long passages"
@@ -124,7 +124,7 @@ def exactly(
     raise reason
 
 
-def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None:
+def check_possible(level: ChainLevel, turns: tuple[int, ...], I: float = 0.0) -> None:
     """Raise NoOrbit where so few half rotations need a larger |I| than crossings can give.
 
     `turns` are half rotations between cells; between the crossings themselves there is at most one
@@ -170,7 +170,9 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
     return made
 
 
-def alike(level: Level, signs: Signs, tried: Callable[[int], Chain], given: bool = False) -> Chain:
+def alike(
+    level: ChainLevel, signs: Signs, tried: Callable[[int], Chain], given: bool = False
+) -> Chain:
     """The chain with the fewest half rotations, the same number in every free passage.
 
     ``tried(number)`` finds the chain with that number. Its crossings stay `INSIDE`, unless some

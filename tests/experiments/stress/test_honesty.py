@@ -93,7 +93,7 @@ def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     truth = np.array([list(map(int, HARD_SYMBOLS))], dtype=np.uint8).T
     monkeypatch.setattr(honesty, "true_codes", lambda *_: truth)
     assert failures(honesty.hard_trial()) == set()
-    monkeypatch.setattr(certainty, "SECOND", certainty.FIRST)
+    monkeypatch.setattr(certainty, "SECOND_SCALES", certainty.FIRST_SCALES)
     assert failures(honesty.hard_trial()) == {"lies on a hard orbit"}
 
 

@@ -16,7 +16,7 @@ from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
-from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WHOLE, Design
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
 from rigidpend.orbits.return_map.charts import branch
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -73,7 +73,7 @@ def test_the_degree_of_the_normal_form_suffices_and_eight_less_do_not(
         # The weight turns 75 times on the arcs: theta3's quadrature must follow that.
         (SLOW, "0.8617", 64, SECOND),
         # One of the surfaces does not split: the fourth part of a chart is 1e-9 of the others.
-        pytest.param(HESS, H, 64, WHOLE, marks=pytest.mark.slow),
+        pytest.param(HESS, H, 64, WITH_THETA3, marks=pytest.mark.slow),
     ],
 )
 def test_order_a_map_errs_by_less_than_the_rounding_of_its_bits(
@@ -217,7 +217,7 @@ def test_a_map_over_its_budget_is_refused_and_that_is_kept(
 ) -> None:
     """Another call with the same budget has the same answer, whatever is kept."""
     h = exact(H)
-    needed = build.expected_cost(FIG4, h, h, 53, WHOLE)
+    needed = build.expected_cost(FIG4, h, h, 53, WITH_THETA3)
     assert 0.001 < needed < 1
     told = f"would take {needed:.2g} s of a core at least, more than the {0.9 * needed:.2g} s that"
     monkeypatch.setattr(build, "normal_form", lambda *_, **__: pytest.fail("tables are made"))

@@ -15,7 +15,7 @@ from rigidpend.routes.symbolic.asymptotic import (
     skeleton,
 )
 from rigidpend.routes.symbolic.chain import Chain, System, on_surface, signs_of
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch
 from rigidpend.routes.symbolic.shortest import path
 from tests.bodies import FIG4
@@ -26,9 +26,9 @@ HALF_TURNS = 10
 
 
 @functools.cache
-def level() -> Level:
+def level() -> ChainLevel:
     """The return map at their energy."""
-    return Level.of(BODY, H)
+    return ChainLevel.of(BODY, H)
 
 
 @functools.cache

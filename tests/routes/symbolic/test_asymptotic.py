@@ -26,7 +26,7 @@ from rigidpend.routes.symbolic.asymptotic import (
     track,
 )
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 from rigidpend.surfaces.heteroclinic import increments
 from tests.routes.symbolic.fig4 import BODY, HALF_TURNS, J1_0, H, launch, level, orbits, rough
@@ -101,7 +101,7 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
 def displaced() -> tuple[DoublyAsymptotic, DoublyAsymptotic]:
     """Orbits with one symbol where surfaces are split by 3e-14, with roundings of two kinds."""
     body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
-    little = Level.of(body, exact("0.25"))
+    little = ChainLevel.of(body, exact("0.25"))
     _, (rough, _) = skeleton(little, 1, 150)
     beside = rough._replace(b=rough.b + 1e-7, chi=rough.chi + 1e-6)
     return doubly_asymptotic(little, rough), doubly_asymptotic(little, beside)
@@ -130,7 +130,7 @@ def test_integration_tells_phases_and_times_where_the_map_is_displaced() -> None
 
 
 def test_a_body_whose_surfaces_doubles_do_not_tell_apart_is_refused() -> None:
-    flat = Level.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
+    flat = ChainLevel.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
     with pytest.raises(NoOrbit, match=r"-18\) that .* known only to 0\..* 0\.001 rad is needed"):
         skeleton(flat, 0, 1)
 
@@ -180,7 +180,7 @@ def test_steps_that_integration_does_not_tell_tell_no_slopes() -> None:
     Euler-Poisson in body axes in 220 bits.
     """
     body = Body(A=(2, 1, "3/2"), r=(1, "1.4", 0), mu="0.001")
-    near = Level.of(body, H)
+    near = ChainLevel.of(body, H)
     three = doubly_asymptotic(near, skeleton(near, 3, 14)[3][0])
     found = sharp(Launch(near, J1_0), three)
     assert found.error.max() < sharp_module.FINEST

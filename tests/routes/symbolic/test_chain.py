@@ -25,7 +25,7 @@ from rigidpend.routes.symbolic.chain import (
     passages,
     signs_of,
 )
-from rigidpend.routes.symbolic.levels import Level, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, surface
 from rigidpend.routes.symbolic.shortest import (
     INSIDE,
     MORE,
@@ -171,7 +171,7 @@ def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
     """Surfaces are split by 6e-9, and Newton's method takes its time before it converges."""
     thin = RouteProblem(Body((2, "1.7", "1.85"), (2, 1, 0), "0.01"), exact(1), exact("1e-8"), 3)
     orbits = surface(thin)
-    level = Level(orbits.made, thin.h0)
+    level = ChainLevel(orbits.return_map, thin.h0)
     begin = orbits.begin(level)
     cells = np.cumsum([cell, *half_turns])
     phase = math.pi * cell - float(level.arriving(*begin(0.0)[:2]).chi[0])
