@@ -16,7 +16,7 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.levels import ChainLevel
-from rigidpend.routes.symbolic.shortest import path
+from rigidpend.routes.symbolic.shortest import chain_through
 from rigidpend.routes.symbolic.stretching import stretching
 
 SEED = 1
@@ -86,7 +86,7 @@ def _long_orbit(level: ChainLevel, n: int, half_turns: int) -> tuple[float, floa
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
-    grown = stretching(path(system, half_turns * np.arange(n + 1), 0.0))
+    grown = stretching(chain_through(system, half_turns * np.arange(n + 1), 0.0))
     # Growths far apart along the orbit are nearly independent, and so are the means of the parts.
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))

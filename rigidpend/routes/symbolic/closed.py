@@ -64,7 +64,7 @@ LOST = 12
 """Bits that a passage may lose where it meets the next."""
 GROWN = 4.0
 """Number of roundings in a passage; grown to its end they are its error, if they exceed `LOST`."""
-GUARD = 15
+SECTION_BITS = 15
 """Bits that the numbers of the section have beyond those of the integration."""
 
 
@@ -164,7 +164,7 @@ def closed(
         cells = first + n * np.arange(len(signs) + 1)
         angles = np.asarray(np.pi * cells, dtype=float)
         system = System(level, None, signs, math.pi * n * len(signs))
-        return system.solved(system.guess(angles, 0.0)).within(cells)
+        return system.solved(system.guess(angles, 0.0)).in_cells(cells)
 
     chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
     # I < 0 is a change to the mirror image; two of them cancel.
@@ -263,7 +263,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     Then the whole period is integrated from the first crossing: it ends there, but for roundings
     and their growth. NoOrbit is raised where the passages do not come to meet.
     """
-    chain, level, a = orbit.chain, orbit.chain.level, precision(bits + GUARD)
+    chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))
     h, turn = a.number(level.energy.in_context(context(a.bits))), 2 * a.pi

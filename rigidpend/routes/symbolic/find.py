@@ -23,7 +23,7 @@ from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, si
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.levels import ChainLevel, Surface, surface
 from rigidpend.routes.symbolic.refine import Refined, refined
-from rigidpend.routes.symbolic.shortest import exactly, shortest
+from rigidpend.routes.symbolic.shortest import shortest, with_half_turns
 
 SECANTS = 12
 """Largest number of secant steps in the energy."""
@@ -228,15 +228,15 @@ def _either(
     for cell in (round(place), round(place) + (1 if place > round(place) else -1)):
         if address.first is not None and cell % 2 != address.first:
             continue
-        unknown = math.pi * cell - origin
+        parameter = math.pi * cell - origin
         try:
             # Some half rotations are free, or all are given.
             if len(given) < len(address.symbols):
-                found.append(shortest(system, cell, unknown, given))
+                found.append(shortest(system, cell, parameter, given))
             else:
                 here = beside is not None and round(float(beside[0]) / math.pi) == cell
-                own, unknown = (beside, middle) if here else (None, unknown)
-                found.append(exactly(system, cell, unknown, given, own))
+                own, parameter = (beside, middle) if here else (None, parameter)
+                found.append(with_half_turns(system, cell, parameter, given, own))
         except NoOrbit as error:
             reason = error
     if not found:
@@ -252,7 +252,7 @@ def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
     """
     # Solves energy(theta(h)) = h, where theta(h) is the phase of the chain at the energy h.
     signs, cells = np.sign(made.I).astype(int), made.cells
-    h, theta, slope = made.level.h, made.unknown, 0.0
+    h, theta, slope = made.level.h, made.parameter, 0.0
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
         step = off / (1 - orbits.energy_slope(theta) * slope)
@@ -261,8 +261,8 @@ def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
         h, before = h + step, theta
         level = ChainLevel(orbits.return_map, h)
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
-        made = system.solved(made.unknowns).within(cells)
-        theta = made.unknown
+        made = system.solved(made.unknowns).in_cells(cells)
+        theta = made.parameter
         # Shorter steps would make the difference one of roundings.
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step

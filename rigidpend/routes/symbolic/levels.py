@@ -36,9 +36,9 @@ from rigidpend.routes.problem import RouteProblem
 Mask: TypeAlias = NDArray[np.bool_]
 Signs: TypeAlias = NDArray[np.int64]
 
-LOOKS = 128
+SPLITTING_PHASES = 128
 """Number of phases at which the splitting is evaluated."""
-ROUNDINGS = 30
+MOST_ROUNDINGS = 30
 """Largest number of roundings that displace an orbit: 10 were seen with 100 random bodies."""
 STEP = 1e-4
 """Step of the differences in theta2_0, radians; the error of a derivative is of its square."""
@@ -97,23 +97,23 @@ def widest_d(level: EnergyLevel) -> float:
 class ChainLevel:
     """The return map of a body at one energy, in the form in which chains use it.
 
-    `widest` and `unit` are the largest |I| and |d| of the tables. `splitting` is the largest |I|
-    behind crossings on the unstable surface of the lower orbit, which are upward, and `downward`
-    that of the upper orbit: it is smaller, and in the Hess case a rounding. `shift` is the growth
-    of chi beyond -ln|I|/Lambda in a passage between multiples of pi, radians. `c` are the body's
-    coefficients in doubles.
+    `widest_I` and `widest_d` are the largest |I| and |d| of the tables. `splitting` is the largest
+    |I| behind crossings on the unstable surface of the lower orbit, which are upward, and
+    `downward_splitting` that of the upper orbit: it is smaller, and in the Hess case a rounding.
+    `shift` is the growth of chi beyond -ln|I|/Lambda in a passage between multiples of pi, radians.
+    `c` are the body's coefficients in doubles.
     """
 
     def __init__(self, made: ReturnMap, h: Scalar) -> None:
         self.body, self.energy, self.h = made.body, exact(h), float(h)
         self.c = coefficients(made.body.angles(53 + GUARD_BITS), "1", precision(53))
         level = self.map_level = made.at(self.h)
-        self.widest = min(float(chart.inverse.width) for chart in level.charts)
-        self.unit = widest_d(level)
+        self.widest_I = min(float(chart.inverse.width) for chart in level.charts)
+        self.widest_d = widest_d(level)
         self.exponent = float(level.exponent[0, 0])
         self.splitting = self._split(True)
         # At least a rounding of d, so that nothing is divided by 0 in the Hess case.
-        self.downward = max(self._split(False), math.ldexp(self.unit, -53))
+        self.downward_splitting = max(self._split(False), math.ldexp(self.widest_d, -53))
         self.shift = float(np.diff(self.crossings([True, False], True, 0.0, 0.0).chi)[0])
 
     @staticmethod
@@ -126,7 +126,7 @@ class ChainLevel:
         # On the surface the passage before has I = 0. Behind a downward crossing comes a passage
         # past the lower orbit: U and V are those of its reversed image, with -chi for chi.
         level, turn = self.map_level, 1 if rising else -1
-        on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, LOOKS))
+        on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, SPLITTING_PHASES))
         U, V, *_ = level.charts[rising].forward.look_up(on.d, turn * on.chi, level.a)
         return float(np.abs(U * V).max())
 
@@ -170,7 +170,7 @@ class ChainLevel:
         """
         # Newton's method for growth = -ln|I|/Lambda(I), in relative changes of |I|, which stays
         # positive that way.
-        size = np.minimum(np.exp(-growth * self.exponent), self.widest)
+        size = np.minimum(np.exp(-growth * self.exponent), self.widest_I)
         slope = size
         for _ in range(8):
             I = np.asarray(signs * size, dtype=float)
@@ -178,7 +178,7 @@ class ChainLevel:
             depth = -np.log(size) / rates.exponent
             slope = -1 / (1 / (I * rates.exponent) + depth * rates.exponent_slope / rates.exponent)
             ratio = np.clip(slope * (growth - depth) / I, -0.9, 9.0)
-            size = np.minimum(size * (1 + ratio), self.widest)
+            size = np.minimum(size * (1 + ratio), self.widest_I)
             if np.abs(ratio).max(initial=0.0) < 1e-15:
                 break
         return np.asarray(signs * size, dtype=float), slope
@@ -190,16 +190,16 @@ class ChainLevel:
         """
         changed = signs[1:] != signs[:-1]
         # Crossing 1, behind the first passage, is downward, and then every second one.
-        return self.downward if changed[::2].any() else self.splitting
+        return self.downward_splitting if changed[::2].any() else self.splitting
 
     def displaced(self, bits: int, split: float | None = None) -> float:
         """Largest displacement of an orbit on a surface by roundings in `bits` bits, radians.
 
         `split` is the splitting of that surface, as |I|; by default that of the lower orbit.
         """
-        # Tables round by `unit` 2^-bits what changes by about `apart` in a radian of the surface.
+        # Tables round by `widest_d` 2^-bits what changes by `apart` in a radian of a surface.
         apart = self.splitting if split is None else split
-        return math.ldexp(ROUNDINGS * self.unit / apart, -bits)
+        return math.ldexp(MOST_ROUNDINGS * self.widest_d / apart, -bits)
 
     def half_turns(self, I: float) -> float:
         """The half rotations, any real number, of a passage with |I| between multiples of pi."""
@@ -216,15 +216,15 @@ class ChainLevel:
 
 
 class Arrival(NamedTuple):
-    """The passage before the first crossing, as a function of one unknown: numbers or arrays."""
+    """The passage before the first crossing, as a function of one parameter: numbers or arrays."""
 
     I: Any
     b: Any
     """The angle at the end of the passage, radians."""
     I_slope: Any
-    """Derivative of I in the unknown."""
+    """Derivative of I in the parameter."""
     b_slope: Any
-    """Derivative of b in the unknown."""
+    """Derivative of b in the parameter."""
 
 
 class Surface(NamedTuple):

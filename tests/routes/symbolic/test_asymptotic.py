@@ -159,13 +159,13 @@ def test_homoclinic_orbits_tend_to_the_periodic_orbit_at_the_floquet_rate() -> N
 def test_an_orbit_that_is_elsewhere_is_refused() -> None:
     found = orbits(1)
     with pytest.raises(NoOrbit, match="rad from where the map has it"):
-        sharp(launch(), found._replace(chain=found.chain._replace(unknown=found.b + 1e-9)))
+        sharp(launch(), found._replace(chain=found.chain._replace(parameter=found.b + 1e-9)))
 
 
 def test_a_track_that_doubles_do_not_place_is_refused_with_that_reason() -> None:
     """Some orbits with two symbols change sides at downward crossings, those with one do not."""
     near, (_, (one, _), (two, _)) = copy.copy(level()), skeleton(level(), 2, 12)
-    near.downward = math.ldexp(near.unit, -43)
+    near.downward_splitting = math.ldexp(near.widest_d, -43)
     with pytest.raises(NoOrbit, match=r"at the Hess case or near it: .* at downward crossings"):
         doubly_asymptotic(near, two._replace(b=two.b + 0.01))
     with pytest.raises(NoOrbit, match="elsewhere"):
