@@ -58,7 +58,7 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
     def key(A: Any, r: Any, mu: Any, code: str, **given: Any) -> bytes:
         monkeypatch.setattr(storage, "package_digest", lambda: code)
         asked = {name: given.pop(name) for name in task}
-        return storage.followed(Body(A, r, mu), **asked, design=WITH_THETA3._replace(**given))
+        return storage.map_key(Body(A, r, mu), **asked, design=WITH_THETA3._replace(**given))
 
     assert_complete(
         key,

@@ -235,7 +235,7 @@ def _established(
     # The last symbol is certain only if all are.
     left = np.flatnonzero(~found[-1])
     near = agreement(columns_of(a, left), columns_of(b, left), rate, LIMIT_OF_THREE)
-    # All three pairs must agree to AGREEMENT, and this is the first pair.
+    # All three pairs must agree to LIMIT_OF_THREE, and this is the first pair.
     some = (near & ~found[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:

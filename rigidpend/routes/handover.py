@@ -21,7 +21,7 @@ from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.records import columns as columns_of
 from rigidpend.orbits.records import put
-from rigidpend.orbits.return_map.build import SLACK
+from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.mapped import Maps
@@ -72,9 +72,9 @@ def handover(maps: Maps, more: int, columns: Columns, known: Decided) -> NDArray
     before = columns_of(known, columns)
     doubles = maps.crossings(53, certainty.FIRST_SCALES, columns)
     error = maps.run.rate * np.abs(doubles.time - before.crossings.time)
-    # From SLACK roundings on the error has grown by 2^more. Negated, so that a time that is missing
+    # From ALLOWED_ROUNDINGS on the error has grown by 2^more. Negated, so that a time that is missing
     # (NaN) counts as a large error.
-    grown = ~(error <= SLACK * 2.0 ** (more - 53))
+    grown = ~(error <= ALLOWED_ROUNDINGS * 2.0 ** (more - 53))
     # argmax finds the first crossing with True. Symbol at - 1 is certain only if crossing `at` is.
     at = np.maximum(1, np.argmax(grown, axis=0))
     certain = before.certain[at - 1, np.arange(columns.size)]

@@ -297,16 +297,16 @@ class Maps:
             each = beginning(self.problem, design, bits, J1_0)
             Qp, along, across = (x[which[columns]] for x in each)
         theta2 = phases.near[columns]
-        shifted = theta2 + design.origin
+        shifted = theta2 + design.phase_shift
         # Knuth's two-sum: the exact error of the rounded sum, which is added to the rest.
-        back = shifted - design.origin
-        lost = (theta2 - back) + (design.origin - (shifted - back))
+        back = shifted - design.phase_shift
+        lost = (theta2 - back) + (design.phase_shift - (shifted - back))
         rest = a.array(phases.rest[columns] + lost)
         cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
         # The reversor takes the start to one beside the upper orbit, psi = pi/2 - beta0/2 - theta2.
         # The angle is recovered from cos and sin, to which its rest has been added.
         p, *_ = _constants(self.problem, bits)
-        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.origin
+        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.phase_shift
         return Qp + 0 * psi, psi, along * cos + across * sin
 
 
@@ -346,7 +346,7 @@ def beginning(
     # The height is linear in cos and sin of the shifted phase: its values at 0 and pi/2 are the
     # coefficients.
     along, across = (
-        height(J1, J2, (p.alpha0 + p.beta0, x - design.origin), a)
+        height(J1, J2, (p.alpha0 + p.beta0, x - design.phase_shift), a)
         for x in (a.number(0.0), a.pi / 2)
     )
     return Beginning(start_Qp(problem, design.unit, bits, J1_0), along, across)

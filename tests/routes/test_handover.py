@@ -13,7 +13,7 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.records import columns as columns_of
-from rigidpend.orbits.return_map.build import SLACK
+from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS
 from rigidpend.routes import certainty, choice, handover
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
@@ -134,7 +134,7 @@ def test_a_map_takes_over_where_an_error_has_grown_by_what_more_bits_gain(
 ) -> None:
     """By 2^13 bits more, for as much a map in doubles may err at first."""
     limit = 2.0**13 * 2.0**31 * 2.0**-53
-    assert SLACK == 2**13
+    assert ALLOWED_ROUNDINGS == 2**13
     error = np.full((20, 1), limit / 0.5 * 0.5)
     error[at], error[at + 1 :] = limit / 0.5 * factor, limit / 0.5 * 8
     established = (np.arange(19) < certain)[:, None]

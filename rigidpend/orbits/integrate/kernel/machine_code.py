@@ -212,9 +212,9 @@ def hexadecimal(value: float) -> str:
     return "0x" + struct.pack(">d", value).hex().upper()
 
 
-MOST = 50_000_000
+MOST_BYTES = 50_000_000
 """Bytes of all cached kernels at most; one has 0.1 to 0.6 MB, most of it the text."""
-LEVEL = 3
+OPTIMISATION = 3
 """LLVM's level of optimisation; at 2 the steps take as long."""
 
 
@@ -260,7 +260,7 @@ def ready(text: str) -> Any:
     code = cache.load(folder(), of)
     if code is None:
         code = compiled(llvm, machine, text)
-        cache.save(folder(), of, code, MOST)
+        cache.save(folder(), of, code, MOST_BYTES)
     # An engine with an empty module, to which the object code is added: LLVM compiles nothing here.
     loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
@@ -286,14 +286,14 @@ def _machine(llvm: Any) -> Any:
     llvm.initialize_native_asmprinter()
     cpu, features = processor(llvm)
     target = llvm.Target.from_default_triple()
-    return target.create_target_machine(cpu=cpu, features=features, opt=LEVEL, jit=True)
+    return target.create_target_machine(cpu=cpu, features=features, opt=OPTIMISATION, jit=True)
 
 
 def compiled(llvm: Any, machine: Any, text: str) -> bytes:
     """Object code of a text in LLVM's language."""
     module = llvm.parse_assembly(text)
     module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=LEVEL)
+    options = llvm.create_pipeline_tuning_options(speed_level=OPTIMISATION)
     # SROA moves variables to registers, GVN computes once what is computed twice. The texts leave
     # LLVM nothing else to find: with all its passes this takes thrice as long, for code as fast.
     passes = llvm.create_new_module_pass_manager()
