@@ -72,8 +72,8 @@ def handover(maps: Maps, more: int, columns: Columns, known: Decided) -> NDArray
     before = columns_of(known, columns)
     doubles = maps.crossings(53, certainty.FIRST_SCALES, columns)
     error = maps.run.rate * np.abs(doubles.time - before.crossings.time)
-    # From ALLOWED_ROUNDINGS on the error has grown by 2^more. Negated, so that a time that is missing
-    # (NaN) counts as a large error.
+    # From ALLOWED_ROUNDINGS on the error has grown by 2^more. Negated, so that a missing time (NaN)
+    # counts as a large error.
     grown = ~(error <= ALLOWED_ROUNDINGS * 2.0 ** (more - 53))
     # argmax finds the first crossing with True. Symbol at - 1 is certain only if crossing `at` is.
     at = np.maximum(1, np.argmax(grown, axis=0))

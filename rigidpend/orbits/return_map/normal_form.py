@@ -132,7 +132,7 @@ def normal_form(
         share = finder.share(D, radius)
         if share < least_share:
             break
-        # A rounding in doubles of a term of this size, or smaller, is below GUARD_SHARE of a rounding of
+        # A rounding in doubles of a term of this size, or smaller, is below GUARD_SHARE of one of
         # the whole in the full precision.
         if not finder.sharp and share < GUARD_SHARE * 2.0 ** (53 - a.bits):
             finder.go_on_in_doubles()

@@ -41,7 +41,7 @@ NOISE = 2.0**-42
 """Size of a coefficient, over the largest one of a correction, below which it is round-off."""
 FIRST_NODES = 64
 """Nodes of the first solution of a step."""
-GUARD = 8
+RESIDUAL_BITS = 8
 """Bits of a residual beyond those that its correction can use."""
 GRAIN = 4
 """Numbers of coefficients are multiples of this, so that few rules are computed."""
@@ -155,7 +155,7 @@ class Approximation:
             # A step of thousands of bits takes half a minute.
             check_stop()
             # An early residual is not computed in more bits than its correction can use.
-            work = min(bits, known + GAIN + GUARD)
+            work = min(bits, known + GAIN + RESIDUAL_BITS)
             residual = self._residual(P, begin, whole, bits, work)
             size = max(map(abs, (x for row in residual for x in row)))
             P = _corrected(P, residual, size.bit_length(), linear)

@@ -81,7 +81,7 @@ def test_order_points_are_put_into_the_normal_form_to_rounding(
 def test_terms_in_doubles_leave_less_than_an_eighth_of_a_rounding(
     bits: int, degree: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each leaves a 256th part, `GUARD_SHARE`; a rounding is of the largest at |u|, |v| = radius."""
+    """Each leaves a part, `GUARD_SHARE`; a rounding is of the largest at |u|, |v| = radius."""
     a, radius = precision(bits), 1 / 16
     h = a.number(1.3342)
     given: Any = (coefficients_of(FIG4, bits), Interval(h, 0 * h, 1), degree, degree, radius, a)
