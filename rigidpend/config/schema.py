@@ -41,7 +41,7 @@ from rigidpend.config.complaints import meant
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact, exacts
+from rigidpend.numbers.exact import FINEST_BITS, PRECISIONS, Exact, exact, exacts
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
@@ -206,7 +206,7 @@ class PhaseGrid(Part):
             if not reach < LARGEST:
                 message = f"phases beyond {LARGEST:.0e} cannot be resolved in doubles"
                 raise ParameterError(field, message)
-        self.apart(FINEST)
+        self.apart(FINEST_BITS)
         return self
 
     def apart(self, bits: int) -> None:

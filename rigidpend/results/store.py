@@ -178,7 +178,7 @@ def opened(
     """
     with readable(path):
         image = intact(files.content(path))
-        most = min(files.LARGEST, max(LEAST, ratio * len(image)))
+        most = min(files.MOST_BYTES, max(LEAST, ratio * len(image)))
 
         def checked(file: h5py.File) -> int:
             return _check(path, file, most, layout)

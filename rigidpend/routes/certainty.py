@@ -34,15 +34,15 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.numbers.checked import GAP
-from rigidpend.orbits import UNITS
+from rigidpend.numbers.checked import GAP_BITS
+from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.records import columns as columns_of
 from rigidpend.orbits.records import joined, put
 from rigidpend.routes.start import Scales
 
 FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = (
-    Scales(unit, vertical) for unit, vertical in zip(UNITS, ("1", "0.73", "1.43"), strict=True)
+    Scales(unit, vertical) for unit, vertical in zip(M_UNITS, ("1", "0.73", "1.43"), strict=True)
 )
 """The scales of the first, second and third computation in a precision."""
 
@@ -51,7 +51,7 @@ LIMIT_OF_TWO = 1e-6
 LIMIT_OF_THREE = 1e-3
 """Phase difference, in radians, up to which three computations of equal precision suffice."""
 LIMIT_OF_UNEQUAL = 1e-2
-"""Phase difference, in radians, up to which two computations suffice that are `GAP` bits apart.
+"""Phase difference, in radians, up to which two computations suffice that are `GAP_BITS` apart.
 
 For every bit less between them the limit is halved. Of 16,631 orbits of one body, followed by maps
 of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
@@ -210,9 +210,9 @@ def _further(
         # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
         if scales == FIRST_SCALES:
-            # Signed integers: bits are stored unsigned, and a difference less GAP may be negative.
+            # Signed integers: bits are unsigned, and a difference less GAP_BITS may be negative.
             more = bits - known.bits[open_].astype(int)
-            limits = LIMIT_OF_UNEQUAL * np.exp2(np.minimum(0, more - GAP))
+            limits = LIMIT_OF_UNEQUAL * np.exp2(np.minimum(0, more - GAP_BITS))
             certain = agreement(before, sharper, rate, limits)
         else:
             third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None

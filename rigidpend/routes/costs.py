@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Sequence
 
 from rigidpend.machine.wording import seconds
-from rigidpend.numbers.checked import GAP
+from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
 from rigidpend.routes.certainty import LIMIT_OF_THREE
@@ -44,7 +44,7 @@ SHARPER, SHARPEST = 64, 82
 The larger number is used where passages are deep (see `DEEP`)."""
 CLOSEST = 8
 """Least difference, in bits, of two precisions with one computation each that decide together."""
-FINER = {SHARPER: (GAP, CLOSEST), SHARPEST: (CLOSEST,)}
+FINER = {SHARPER: (GAP_BITS, CLOSEST), SHARPEST: (CLOSEST,)}
 """Bits by which the second map is sharper than the first; the largest number that pays is taken.
 
 The two then differ by the error of the first, and one computation by each settles nearly as much as

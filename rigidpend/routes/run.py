@@ -24,7 +24,7 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
 
-FEWEST, MOST, PIECES = 256, 1024, 8
+FEWEST_COLUMNS, MOST_COLUMNS, PIECES_A_THREAD = 256, 1024, 8
 """Least and largest number of columns in a piece, and the number of pieces for each thread."""
 SHARPENING = 100
 """Factor by which further computations have a finer tolerance, in doubles as far as these go."""
@@ -159,8 +159,8 @@ class Run:
                 return certainty.undivided(work, columns, bits)
             # In more than 53 bits a single vector of lanes is worth a piece; in doubles only where
             # there are so few columns that some threads would otherwise get none.
-            fewest = LANES if bits > 53 or n <= LANES * self.jobs else FEWEST
-            size = min(MOST, max(fewest, -(-len(columns) // (PIECES * self.jobs))))
+            fewest = LANES if bits > 53 or n <= LANES * self.jobs else FEWEST_COLUMNS
+            size = min(MOST_COLUMNS, max(fewest, -(-len(columns) // (PIECES_A_THREAD * self.jobs))))
             return in_pieces(work, columns, size, self.jobs)
 
         least = self.arithmetic.precisions[0]

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pytest
 
-from rigidpend.numbers.checked import GAP
+from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.numbers.exact import PRECISIONS, context, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -258,7 +258,7 @@ def test_a_map_leaves_out_as_much_as_the_other_errs(monkeypatch: pytest.MonkeyPa
     maps = mapped.Maps(run(task_orbits=1000))
     for bits in (64, 75):
         maps.crossings(bits, certainty.FIRST_SCALES, np.arange(1))
-    assert allowed == {53: 0.0, 64: 2.0 ** (GAP - 60) / 6, 75: 0.0}
+    assert allowed == {53: 0.0, 64: 2.0 ** (GAP_BITS - 60) / 6, 75: 0.0}
 
 
 def test_none_is_made_where_kept_ones_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits import UNITS
+from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.return_map.charts import (
     Chart,
@@ -63,7 +63,7 @@ Both are growths per radian of psi."""
 class Design(NamedTuple):
     """Design of a map: maps of different designs share no rounding and no truncation."""
 
-    unit: str = UNITS[0]
+    unit: str = M_UNITS[0]
     """Unit, as a decimal: M is multiplied by it, mu and h by its square, t' is divided by it."""
     arc_stretch: float = 1.0
     """Factor on the duration of the arcs, which for 1 end where |u| = |v|."""
@@ -98,8 +98,8 @@ WITH_THETA3 = Design()
 """Design of a map that gives theta3 too."""
 FIRST, SECOND, THIRD = (
     WITH_THETA3._replace(theta3=False),
-    Design(UNITS[1], 1.06, 2, 0.7, theta3=False),
-    Design(UNITS[2], 1.03, 2, 1.9, theta3=False),
+    Design(M_UNITS[1], 1.06, 2, 0.7, theta3=False),
+    Design(M_UNITS[2], 1.03, 2, 1.9, theta3=False),
 )
 """Designs of up to three maps for route codes, which need no theta3."""
 

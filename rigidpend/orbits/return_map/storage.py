@@ -24,7 +24,7 @@ from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.mechanics.body import Body, check_units
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.exact import FINEST, Exact
+from rigidpend.numbers.exact import FINEST_BITS, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
@@ -89,7 +89,7 @@ def return_map(
         is negative; the message gives the reason. Or building takes more than the budget.
     ParameterError
         The energies are no numbers, do not ascend or are far from 1; or bits are not from 53 to
-        `FINEST`.
+        `FINEST_BITS`.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def return_map(
     """
     checked.of_kind("body", body, Body)
     checked.of_kind("design", design, Design)
-    bits = checked.whole("bits", bits, 53, FINEST)
+    bits = checked.whole("bits", bits, 53, FINEST_BITS)
     ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
     if len(ends) != 2:
         raise ParameterError("h", f"h must be an energy or a pair of energies, got {named(h)}")

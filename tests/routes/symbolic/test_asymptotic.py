@@ -92,7 +92,7 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
     for name, value in other.items():
         monkeypatch.setattr(sharp_module, name, value)
     second = sharp(Launch(level(), J1_0), orbits(1))
-    assert max(first.error.max(), second.error.max()) < sharp_module.FINEST
+    assert max(first.error.max(), second.error.max()) < sharp_module.FINEST_ERROR
     off = [abs(x - y) for x, y in zip(first.theta2_0, second.theta2_0, strict=True)]
     assert max(off) < LAST_DIGIT
 
@@ -123,7 +123,7 @@ def test_integration_tells_phases_and_times_where_the_map_is_displaced() -> None
     launches = [Launch(x.chain.level, J1_0) for x in found]
     assert (launches[0].bits, launch().bits) == (212, 106), "doubles of the map are displaced more"
     first, second = map(sharp, launches, found)
-    assert first.error.max() < sharp_module.FINEST
+    assert first.error.max() < sharp_module.FINEST_ERROR
     assert abs(first.theta2_0[0] - second.theta2_0[0]) < LAST_DIGIT
     assert np.abs(found[0].flight - found[1].flight).max() > 1e-9
     np.testing.assert_allclose(first.flight, second.flight, rtol=1e-15)
@@ -183,6 +183,6 @@ def test_steps_that_integration_does_not_tell_tell_no_slopes() -> None:
     near = ChainLevel.of(body, H)
     three = doubly_asymptotic(near, skeleton(near, 3, 14)[3][0])
     found = sharp(Launch(near, J1_0), three)
-    assert found.error.max() < sharp_module.FINEST
+    assert found.error.max() < sharp_module.FINEST_ERROR
     phase = Fraction("1.39967732549086038606770883518449")
     assert min(abs(each - phase) for each in found.theta2_0) < found.error.max()

@@ -22,13 +22,13 @@ from rigidpend.machine import cache
 
 LANES = 8
 """Doubles in a vector, which takes one register of AVX-512, two of AVX2, four of NEON."""
-FEW = 4
+FEW_LANES = 4
 """Doubles in a vector for at most as many orbits: with 8 these take up to twice as long."""
 
 
 def lanes_for(orbits: int) -> int:
     """The number of doubles in a vector for so many orbits."""
-    return FEW if orbits <= FEW else LANES
+    return FEW_LANES if orbits <= FEW_LANES else LANES
 
 
 class Writer:
@@ -234,7 +234,7 @@ class Pointer(ctypes.c_void_p):
 
 HEAD = re.compile(r"^define i64 @(\w+)\((.*)\) \{$", re.MULTILINE)
 """First line of the function of a text: its name, and its arguments, each behind its type."""
-KINDS = {"ptr": Pointer, "i64": ctypes.c_int64, "double": ctypes.c_double}
+ARGUMENT_TYPES = {"ptr": Pointer, "i64": ctypes.c_int64, "double": ctypes.c_double}
 """Types of the arguments by LLVM's names, for a call from Python."""
 
 
@@ -267,7 +267,7 @@ def ready(text: str) -> Any:
     loaded.finalize_object()
     _loaded.append(loaded)
     [(name, arguments)] = HEAD.findall(text)
-    kinds = (KINDS[argument.split()[0]] for argument in arguments.split(", "))
+    kinds = (ARGUMENT_TYPES[argument.split()[0]] for argument in arguments.split(", "))
     return ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(loaded.get_function_address(name))
 
 
