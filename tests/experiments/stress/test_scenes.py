@@ -67,7 +67,7 @@ def test_codes_and_truth_are_computed_as_they_are_asked_for(
     asked_of = run.problem, run.arithmetic, run.jobs, run.phases.high.tolist()
     assert asked_of == (PROBLEM, resolve("scipy", None, (160,)), 3, [0.4, 2.1])
     assert (given, list(columns)) == ([160, FIRST_SCALES], [0, 1])
-    monkeypatch.setattr(scenes, "codes_of", lambda *given, kept: (*given, kept))
+    monkeypatch.setattr(scenes, "codes_of", lambda *given, use_kept: (*given, use_kept))
     found: Any = scenes.routes(PROBLEM, phases, 3, (53, 106), 1e-12, "integration", "scipy")
     arithmetic = resolve("scipy", 1e-12, (53, 106))
     assert found == (PROBLEM, phases, arithmetic, 3, "integration", True)
