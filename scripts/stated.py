@@ -95,7 +95,7 @@ def of_splitting(random: Any, count: int) -> Shares:
         allowed = min(1e-9, 4e-3 * float(one.mu) ** 2)
         found = splitting.measure(one, H0, allowed, ARITHMETIC._replace(precisions=(53, 106)))
         finer = surface(one, H0, 106 if found.bits == 53 else FINE)
-        with mock.patch.object(splitting, "FEWEST_ORBITS", 2 * found.n):
+        with mock.patch.object(splitting, "FEWEST", 2 * found.n):
             only = ARITHMETIC._replace(precisions=(finer.bits,))
             truth = splitting.measure(one, H0, found.error / 1e3, only)
         if found.resolved and truth.resolved:

@@ -69,7 +69,7 @@ class Unfit(StoreError):
 
 
 class Checker:
-    """The check of one file, whose arrays may have at most `most` bytes together."""
+    """The check of one file, whose arrays may have at most `most_bytes` bytes together."""
 
     def __init__(self, most_bytes: int) -> None:
         self._left, self._objects = most_bytes, OBJECTS

@@ -151,8 +151,7 @@ def decide(
         that precision, and returns a list of the columns of each piece with what was decided. By
         default all columns are one piece.
     most_computations : callable, optional
-        Their number in a precision, ``most_computations(bits)``, from 1 to 3; in the first at
-        least 2.
+        ``most_computations(bits)`` in a precision, 1 to 3; in the first one at least 2.
     """
     least = precisions[0]
 

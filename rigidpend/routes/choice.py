@@ -172,9 +172,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
     def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
         return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
 
-    known = certainty.decide(
-        compute, n, rate, within, share, most_computations=maps.most_computations
-    )
+    known = certainty.decide(compute, n, rate, within, share, maps.most_computations)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = run.beyond(maps.most_bits)
     if open_.size and beyond:
@@ -185,10 +183,8 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
         climbing = handed_over(maps, run.crossings, known, beyond)
         # One computation in each precision but the last: one in the next precision settles more
         # orbits than a second one in the same.
-        last = beyond[-1]
-        certainty.climb(
-            climbing, known, rate, beyond, lambda x: run.most_computations(x) if x == last else 1
-        )
+        last, most = beyond[-1], run.most_computations
+        certainty.climb(climbing, known, rate, beyond, lambda x: most(x) if x == last else 1)
     if sampled:
         # Most of the sample is integrated in doubles alone, which decide at least the first symbols
         # of every orbit; more bits take long. A part of a plane has its share of the sample.

@@ -150,9 +150,7 @@ def codes_of(
 ) -> RouteCodes:
     """The binary route codes of the orbits of a checked problem: see :func:`route_codes`.
 
-    `use_kept` lets few orbits use maps that were built before; stored results are computed without
-    it, so that they depend on no cache. `task_orbits` is the number of orbits in the whole task, if
-    these are a part of it.
+    `use_kept` is as in `choice.decide`, and `task_orbits` as in `Run`.
     """
     phases = Phases(theta2_0)
     problem.afford(len(phases))

@@ -32,7 +32,6 @@ from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
-from rigidpend.routes.costs import wanted
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
@@ -67,7 +66,7 @@ def expected_tables(problem: RouteProblem, orbits: int, budget: float) -> float:
     """
     with contextlib.suppress(MapError):
         check_start(problem)
-        for map_bits in wanted(problem):
+        for map_bits in costs.wanted(problem):
             tables = sum(_expected(problem, _tasks(designs_of(orbits), map_bits)).values())
             if tables <= budget:
                 return tables
@@ -142,7 +141,7 @@ class Maps:
         """Make the sharpest of the wanted maps that converge and are cheap enough.
 
         Their tables may take `budget` seconds of a core, those in doubles `in_doubles`."""
-        *more, least = wanted(self.problem)
+        *more, least = costs.wanted(self.problem)
         for map_bits in more:
             # Maps that do not converge, or cost too much, give way to the next ones.
             with contextlib.suppress(MapError):
@@ -287,7 +286,7 @@ class Maps:
         """Qp, the phase of entry and (energy - h0)/mu of some columns, (N,) each.
 
         Qp is in the design's unit, the phase in radians. Each design shifts phases by another
-        `origin` before they are rounded, so that cos and sin round differently.
+        `phase_shift` before they are rounded, so that cos and sin round differently.
         """
         a, phases = precision(bits), self.run.phases
         if self.run.starts is None:

@@ -39,7 +39,7 @@ MOST_HARMONICS = 16
 """Largest number of harmonics that are found.
 
 With the body of Fig. 4 at mu = 0.1 the eighth is 1e-9 of the first."""
-FEWEST_ORBITS, SURE, MOST_ORBITS = 16, 128, 512
+FEWEST, SURE, MOST_ORBITS = 16, 128, 512
 """Least number of orbits in a computation, and the largest ones.
 
 If the curve seems to turn back in g with `SURE` orbits it really does, and no more are tried."""
@@ -107,11 +107,11 @@ def measure(
     Two computations that share neither starts nor phases are compared. `allowed` is the largest
     error of `excess` that counts as resolved; mu > 0, and all orbits have the energy h0 > mu.
     """
-    n = FEWEST_ORBITS
+    n = FEWEST
     for bits in arithmetic.precisions:
         # If rounding stopped the search with n orbits, n/2 of them were too few or not yet known to
         # suffice: a higher precision begins with these, and not with the fewest.
-        s, n = surface(body, h0, bits), max(FEWEST_ORBITS, n // 2)
+        s, n = surface(body, h0, bits), max(FEWEST, n // 2)
         found = _twice(s, n, arithmetic, allowed, jobs)
         while not found.resolved and n < _most(found) and found.error > _noise(s, arithmetic):
             n *= 2

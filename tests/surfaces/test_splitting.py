@@ -126,7 +126,7 @@ def test_eight_orbits_err_by_more_than_they_state(monkeypatch: pytest.MonkeyPatc
     body = Body(A=(2, 1, "1.08"), r=("sqrt(0.92)", "sqrt(0.08)", 0), mu="1e-3")
     found = {}
     for n in (8, 16, 32):
-        monkeypatch.setattr(splitting, "FEWEST_ORBITS", n)
+        monkeypatch.setattr(splitting, "FEWEST", n)
         found[n] = measure(body, H0, 1.0, IN_DOUBLES)
         assert found[n].n == n
     few, enough, many = found.values()

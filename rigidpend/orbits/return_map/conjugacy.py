@@ -218,10 +218,7 @@ def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
 
 
 class TorusSeries:
-    """The series at given phases: polynomials in u and v, with coefficients for each point.
-
-    Terms above the degree `most` are left out, if it is given.
-    """
+    """The series at given phases: polynomials in u and v, with coefficients for each point."""
 
     def __init__(self, form: TorusForm, psi: Scalar, most_degree: int | None = None) -> None:
         nf, weights, counts = form.nf, form.weights, form.counts

@@ -141,7 +141,6 @@ class Layer(NamedTuple):
     """The layer of orbits that the tables are to cover."""
 
     widest_I: float
-    """Largest |I|."""
     widths: tuple[float, float]
     """Largest |d| on downward and upward crossings."""
 

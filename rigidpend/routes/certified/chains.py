@@ -38,7 +38,7 @@ The least length of an image over that of the set it crosses, the width of a set
 image in it, and the length of the line's image over that of the first set."""
 STEP = 1e-5
 """Step of a difference in theta2_0, radians."""
-SPARE_BITS, OF_LINE, BOUND_GROWTH, MOST_BITS = 11, 12, 1.9, 100
+SPARE_BITS, OF_LINE, GROWTH, MOST_BITS = 11, 12, 1.9, 100
 """Numbers that bits of coefficients follow from.
 
 Bits beyond those of the next set's size, further ones of a line, bits by which a bound grows while
@@ -243,12 +243,10 @@ def _fine(
     The bound grows for a time, t'. In u and v functions change by the shares `wide` of their scale
     at the beginning, and in u by `share` at the end."""
     end = SPARE_BITS - math.log2(least)
-    bits = min(MOST_BITS, math.ceil(end + BOUND_GROWTH * setting.rate * time))
+    bits = min(MOST_BITS, math.ceil(end + GROWTH * setting.rate * time))
     # Each further power in u or v gains as many bits as the share is below 1.
     in_u, in_v = (math.ceil(bits / -math.log2(x)) if x else 1 for x in wide)
-    return setting._replace(
-        bits=bits, nodes_uv=(max(in_u, math.ceil(end / -math.log2(share))), in_v)
-    )
+    return setting._replace(bits=bits, in_uv=(max(in_u, math.ceil(end / -math.log2(share))), in_v))
 
 
 def _directions(slopes: Array, begun: Array) -> list[Array]:

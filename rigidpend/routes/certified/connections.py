@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import BOUND_BITS, LogarithmicNorm
+from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import PARAMETERS, Family
 from rigidpend.routes.certified.passages import Reached
@@ -112,7 +112,7 @@ def prove_connections(
     The sets and images are those of a full shift.
     """
     small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         return check_middle(numbers, largest(small))
 
 
@@ -167,7 +167,7 @@ def prove_transversal(
     if numbers.h0 is not None:
         raise Undecided("C9: the starts are of several energies")
     middle = prove_connections(numbers, quads, [*arrivals, start])
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         check_strip(numbers, middle, strip, pieces[0])
         middle.check_graph()
         upward = [k for k, quad in enumerate(quads) if quad.rising]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import BOUND_BITS, double_above
+from rigidpend.routes.certified.balls import ARB_BITS, double_above
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
@@ -54,7 +54,7 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -
 
     `begin` has Q, gamma1 and gamma2 of the target's polynomials; `number` is its own.
     """
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         # So near to its polynomials the target has one point only with given d and gamma3 (C1): a
         # crossing with |U|, |V| <= 1 is a point of the target.
         if not all(abs(a - b) <= POINT_BOX for a, b in zip(source.box, begin, strict=True)):
@@ -133,7 +133,7 @@ def prove(
 
 def check_apart(one: Quad, other: Quad, names: str) -> None:
     """Refuse sets that may have a point in common: |U| of `other` must exceed 1 on all of `one`."""
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         if not abs(coordinates(other, *place(one))[0].range) > 1:
             raise Undecided(f"{names} have the same symbol, and are not shown to be apart")
 

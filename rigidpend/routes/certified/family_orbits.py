@@ -47,11 +47,11 @@ TOLERANCE = 2.0**-100
 """Tolerance of the integration."""
 MOST_GAMMA3 = 0.97
 """Largest |gamma3| in a set."""
-STEP_LENGTH = 2.0
+LENGTH = 2.0
 """Length of a step times the rate of the unstable direction, about."""
 NOISE_BITS = 8
 """Bits below a unit at which coefficients count as round-off."""
-BOUND_GROWTH = 1.4
+GROWTH = 1.4
 """Bits by which the bound grows while the unstable direction grows by e, about."""
 
 
@@ -92,7 +92,7 @@ def _to_crossing(
     # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
     # have fixed lengths, multiples of 2^-10 that are exact in doubles; the last one goes on to the
     # crossing, and its length is a polynomial.
-    steps = max(3, math.ceil(float(times.max()) * setting.rate / STEP_LENGTH) + 1)
+    steps = max(3, math.ceil(float(times.max()) * setting.rate / LENGTH) + 1)
     length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
     rest = PairArray.of((times - starts[-1]) / 2)[None, None]
@@ -129,7 +129,7 @@ def steps_of(
     found = []
     for i, (half, start) in enumerate(zip(halves, starts, strict=True)):
         here = states[:, i * in_time : (i + 1) * in_time][:, ::-1]
-        left = bits - math.floor(BOUND_GROWTH * setting.rate * start)
+        left = bits - math.floor(GROWTH * setting.rate * start)
         found.append(FamilyStep(left, half, fitted(here, left, sizes)))
     return found
 

@@ -59,7 +59,7 @@ class ShiftProblem(NamedTuple):
     """Energy, dimensionless, that of w = 0."""
     half_turns: int
     bits: int = FEWEST_BITS
-    nodes_uv: tuple[int, int] | None = None
+    in_uv: tuple[int, int] | None = None
     """Nodes in both parameters; None for those of the sets of a full shift."""
     spread: Fraction = Fraction(0)
     """The energies are h + spread w, |w| <= 1."""
@@ -116,7 +116,7 @@ class ShiftProblem(NamedTuple):
             by = -math.log2(SENSITIVE * float(self.spread) / float(self.h))
             in_w = max(2, math.ceil(self.bits / by))
         in_time = math.ceil(IN_TIME * self.bits / FEWEST_BITS)
-        return in_time, *(self.nodes_uv or (IN_U + further // 12, IN_V + further // 6)), in_w
+        return in_time, *(self.in_uv or (IN_U + further // 12, IN_V + further // 6)), in_w
 
 
 class _Section(NamedTuple):

@@ -20,13 +20,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.family_orbits import (
-    BOUND_GROWTH,
-    STEP_LENGTH,
-    LineStarts,
-    grid_of,
-    steps_of,
-)
+from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, LineStarts, grid_of, steps_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
@@ -116,7 +110,7 @@ def pieces(
     Undecided where pairs of doubles do not know them well enough.
     """
     a, sizes, rate = IN_PAIRS, (times.shape[1], 1, 1), setting.rate
-    fine = LEFT + math.ceil(BOUND_GROWTH * rate * times.max())
+    fine = LEFT + math.ceil(GROWTH * rate * times.max())
     if fine > MOST_BITS:
         raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
     at = grid_of(*(nodes(n, a) for n in sizes))
@@ -128,7 +122,7 @@ def pieces(
 
 def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
     """Half-lengths of steps in units of 2^-CLOCK: two steps at each crossing, others between."""
-    length, beside = STEP_LENGTH / rate, STEP_LENGTH / 2 / rate
+    length, beside = LENGTH / rate, LENGTH / 2 / rate
     found = []
     for k, time in enumerate(times):
         between = time - beside - (times[k - 1] + beside if k else 0.0)

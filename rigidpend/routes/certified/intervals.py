@@ -17,7 +17,7 @@ from flint import arb, ctx
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import BOUND_BITS, start_of
+from rigidpend.routes.certified.balls import ARB_BITS, start_of
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.passages import followed, signs_on_parts
@@ -134,7 +134,7 @@ def _signs(
     """H1 to H5: what is told of each part of all steps, in the form of :func:`symbols_of`."""
     numbers = starts.numbers
     for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", before):
-        with ctx.workprec(BOUND_BITS):
+        with ctx.workprec(ARB_BITS):
             yield from signs_on_step(numbers, states, bound)
 
 

@@ -16,8 +16,8 @@ from flint import arb, ctx
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.routes.certified import checker
-from rigidpend.routes.certified.balls import BOUND_BITS, LogarithmicNorm, double_above, upper
-from rigidpend.routes.certified.checker import WIDEST_TUBE, Undecided
+from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, double_above, upper
+from rigidpend.routes.certified.checker import WIDEST, Undecided
 from rigidpend.routes.certified.models import VALUE_BITS as VALUES
 from rigidpend.routes.certified.models import Family, Values
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
@@ -37,7 +37,7 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 WIDEST_OF_SET = 2.0**-12
 """Largest radius of a tube about the orbits of a set."""
-TUBES = {"C": (WIDEST_OF_SET, 1.0), "H": (WIDEST_TUBE, 0.5)}
+TUBES = {"C": (WIDEST_OF_SET, 1.0), "H": (WIDEST, 0.5)}
 """Largest radius of a tube, and the share of it at which growth is bounded, by hypotheses.
 
 C bounds growth at the orbits themselves, because derivatives grow there; H halfway between orbits
@@ -93,14 +93,14 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     signs: list[int] = []
     time, starts = arb(0), bounds
     for states, half, apart in followed(numbers, pieces, bounds):
-        with ctx.workprec(BOUND_BITS):
+        with ctx.workprec(ARB_BITS):
             time += 2 * half.range
             parts = signs_on_parts(numbers, states, apart[0], "C4", [side])
             # 0 where M3 has the sign of the passage, else the sign of the rate of side * M3.
             signs += [side * rate if box else 0 for rate, box in parts]
     check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         found = crossing(numbers, end, apart, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
@@ -149,7 +149,7 @@ def followed(
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
         half = Family.of(piece.half_length, CLOCK)
-        with ctx.workprec(BOUND_BITS):
+        with ctx.workprec(ARB_BITS):
             if not half.range > 0:
                 raise Undecided(f"{letter}2: the length of a step is not shown to be positive")
             if end is not None:

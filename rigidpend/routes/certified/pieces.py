@@ -81,7 +81,7 @@ class StartLine(NamedTuple):
 class FamilyStep(NamedTuple):
     """A step of a family of approximate orbits: polynomials in x, u and v, and in w if it varies.
 
-    A coefficient of T_0 is twice what it stands for, also in `half`, which has no other T_j.
+    A coefficient of T_0 is twice what it stands for, also in `half_length`, which has no other T_j.
     """
 
     bits: int
@@ -132,10 +132,8 @@ def unpacked_quads(
     moves = [()] * len(data["p"]) if energies is None else energies["moves"].tolist()
     rows = zip(*(data[name] for name in ("rising", *OF_SET, "p")), moves, strict=True)
     found = [
-        quad_from(bool(rising), numbers, p)._replace(
-            moves=tuple(tuple(map(exactly, x)) for x in by)
-        )
-        for rising, *numbers, p, by in rows
+        quad_from(bool(up), numbers, p)._replace(moves=tuple(tuple(map(exactly, x)) for x in by))
+        for up, *numbers, p, by in rows
     ]
     if not all(quad.p and quad.a and quad.b and quad.l1 for quad in found):
         raise ValueError("a set has no extent")
@@ -230,10 +228,8 @@ def _words(piece: FamilyStep) -> list[FamilyStep]:
     first = [{at: w >> finer for at, w in column.items()} for column in piece.terms]
     rest = [{at: w & ((1 << finer) - 1) for at, w in column.items()} for column in piece.terms]
     # The half-length belongs to the high digits alone.
-    return [
-        FamilyStep(piece.bits - finer, piece.half_length, first),
-        FamilyStep(piece.bits, {}, rest),
-    ]
+    high = FamilyStep(piece.bits - finer, piece.half_length, first)
+    return [high, FamilyStep(piece.bits, {}, rest)]
 
 
 def _added(first: FamilyStep, rest: FamilyStep) -> FamilyStep:
@@ -251,8 +247,7 @@ def _added(first: FamilyStep, rest: FamilyStep) -> FamilyStep:
 def _rows(piece: FamilyStep, wide: int) -> Iterator[tuple[Powers, list[int]]]:
     """Rows of a step: `wide` powers, where missing ones are 0, and the seven coefficients."""
     columns = [
-        {(*at, 0)[:wide]: c for at, c in column.items()}
-        for column in (*piece.terms, piece.half_length)
+        {(*at, 0)[:wide]: c for at, c in x.items()} for x in (*piece.terms, piece.half_length)
     ]
     for at in sorted({at for column in columns for at in column}):
         yield at, [column.get(at, 0) for column in columns]

@@ -18,8 +18,8 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import (
+    ARB_BITS,
     BALLS,
-    BOUND_BITS,
     LogarithmicNorm,
     angles,
     double_above,
@@ -123,16 +123,14 @@ class Numbers(NamedTuple):
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
             held = None if h0 is None else arb(h0.over(BALLS))
             middle = arb(h.over(BALLS))
-        with ctx.workprec(BOUND_BITS):
+        with ctx.workprec(ARB_BITS):
             return cls(field, LogarithmicNorm.of(field), *to_M, middle, spread, held)
 
     @property
     def energies(self) -> Family:
         """The energies h + spread w as a family."""
-        return (
-            Family.of_ball(self.h, INPUT_BITS)
-            + Family.of_fraction(self.spread, INPUT_BITS) * W_FAMILY
-        )
+        spread = Family.of_fraction(self.spread, INPUT_BITS)
+        return Family.of_ball(self.h, INPUT_BITS) + spread * W_FAMILY
 
 
 def distances(bound: arb, growth: LogarithmicNorm) -> list[arb]:
@@ -227,7 +225,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
         # Of d, M3 and gamma3 the points are known exactly, of the other three within `near`.
         off = {small: states[small] - d, 2: states[2], 5: states[5] - g}
         apart = [orders(off[j], numbers.along) if j in off else near for j in range(6)]
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         return [each.range for each in (Q, gamma1, gamma2)], normed(apart, numbers.growth)
 
 
@@ -290,7 +288,7 @@ def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list
         near = solution(residual, slopes(1, *box, aside.range), turned, START_BOX)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         apart = [near, orders(Qm - aside, numbers.along), near, near, near, near]
         return normed(apart, numbers.growth)
 
@@ -334,7 +332,7 @@ def solution(
 def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> tuple[float, float]:
     """A lower and an upper bound on theta2 of all starts of a line, radians, up to whole turns."""
     c = numbers.field
-    with ctx.workprec(BOUND_BITS):
+    with ctx.workprec(ARB_BITS):
         bound, *_ = line_beginning(numbers, line, pieces[0])
         begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
         near = zip(begin, distances(bound, numbers.growth), strict=True)
