@@ -200,6 +200,16 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     return *((bits, second) for bits in least for second in further[bits]), (53, 53)
 
 
+def tables(pair: tuple[int, int]) -> tuple[int, int, int]:
+    """Bits of the tables of the first, second and third map for computations of a `pair` of bits.
+
+    Where passages are deep the first map has tables as sharp as the second: its own computation
+    leaves terms of them out, but orbits that are handed over to it get all of them.
+    """
+    first, second = pair
+    return (max(pair) if first == SHARPEST else first), second, first
+
+
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
     """Longest time, seconds of a core, that the tables of all designs may take so as to pay."""
     return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
