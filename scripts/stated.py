@@ -40,8 +40,7 @@ from rigidpend.routes.symbolic import sharp as sharp_module
 from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit, passages
 from rigidpend.routes.symbolic.closed import actions, closed, closing, words
-from rigidpend.routes.symbolic.levels import ChainLevel
-from rigidpend.routes.symbolic.levels import surface as orbits_of
+from rigidpend.routes.symbolic.levels import ChainLevel, orbits_of
 from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.surfaces import heteroclinic, splitting
 from rigidpend.surfaces.surface_orbits import (

@@ -118,9 +118,9 @@ class WeightedBodies(Part):
         return self
 
 
-MOST = 100_000
+MOST_CELLS = 100_000
 """Largest number of cells along an axis."""
-ENDS = Field(ge=2, le=MOST)
+ENDS = Field(ge=2, le=MOST_CELLS)
 Range: TypeAlias = tuple[Number, Number]
 
 

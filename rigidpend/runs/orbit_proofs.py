@@ -97,7 +97,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
 
     StoreError where the file is no proof, or does not prove what it says.
     """
-    stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
+    stored = store.load(file, LAYOUT, ratio=certificate_files.MOST_RATIO)
     stated, data = stored["config"], stored["data"]
     (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
     try:

@@ -21,7 +21,7 @@ from rigidpend.routes import certainty, choice, codes, costs, handover, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.start import Scales
-from rigidpend.routes.symbolic.levels import surface
+from rigidpend.routes.symbolic.levels import orbits_of
 from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4
 
@@ -221,7 +221,7 @@ def test_orbits_that_start_beside_the_upper_periodic_orbit_have_no_map(above: st
         found(PHASES[:2], J1_0=J1_0, n_symbols=2, method="map")
     problem = replace(PROBLEM, J1_0=exact(J1_0))
     with pytest.raises(MapError, match="is above J2_0/2"):
-        surface(problem)
+        orbits_of(problem)
     assert mapped.expected_tables(problem, 1000, math.inf) == math.inf
     assert not found(PHASES, J1_0=J1_0, n_symbols=2).by_map.any()
 

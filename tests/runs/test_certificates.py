@@ -235,7 +235,7 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
 
 
 def test_more_than_its_bytes_can_hold_or_a_prover_takes_is_refused(tmp_path: Path) -> None:
-    most = stored(tmp_path, bomb(1000, 1)).stat().st_size // storage.EACH
+    most = stored(tmp_path, bomb(1000, 1)).stat().st_size // storage.STEP_BYTES
     for steps, terms, said in (
         (1000, 1, rf"1000 steps, .* has {most} at most"),
         (50, 1000, r"300000 coefficients, .* at most"),

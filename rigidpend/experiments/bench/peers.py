@@ -33,12 +33,12 @@ FALSE_POSITIONS = 12
 """Iterations of false position for SciPy, from the ends of a step to the crossings in it."""
 
 
-def made(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
+def ready(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
     """A method made ready for a task, with its tolerance and its setting; imports what it needs."""
     method = METHODS[name]
     if method.runs:
         each = ((run, x._replace(setting=x.setting | entry.setting)) for run, x in method.runs)
-        return compared(task, *(partial(made, run, entry=x, threads=threads) for run, x in each))
+        return compared(task, *(partial(ready, run, entry=x, threads=threads) for run, x in each))
     return ADAPTERS[method.family](task, entry.tolerance, threads, **entry.setting)
 
 

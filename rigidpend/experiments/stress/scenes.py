@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rigidpend.experiments.data import Data, Tree
-from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
+from rigidpend.experiments.stress import LIMIT, PASSED, REFUTED
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
@@ -31,10 +31,10 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run
 
-BITS = 113
+TRUTH_BITS = 113
 """Precision of the truth for orbits decided in fewer bits."""
 INTEGER_BITS = 192
-"""Precision, in integers, of the truth for orbits decided in `BITS` or more.
+"""Precision, in integers, of the truth for orbits decided in `TRUTH_BITS` or more.
 
 It is above the last of the default precisions, so that no computation judges itself."""
 
@@ -62,7 +62,7 @@ class Claim(NamedTuple):
             **self._asdict(),
             "bound": float(self.bound),
             "up_to": float(max(self.bound, self.up_to)),
-            "verdict": PASSED if value <= self.bound else LIMIT if value <= self.up_to else FAILED,
+            "verdict": PASSED if value <= self.bound else LIMIT if value <= self.up_to else REFUTED,
             "note": note,
             "value": value,
             "ratio": float(ratio),

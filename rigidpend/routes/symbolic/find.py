@@ -21,7 +21,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
-from rigidpend.routes.symbolic.levels import ChainLevel, Surface, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, Surface, orbits_of
 from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import shortest, with_half_turns
 
@@ -145,7 +145,7 @@ def find_orbit(
         raise AddressError(f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
     problem = RouteProblem(body, h0, J1_0, n)
     near = None if near is None else checked.number("near", near, ProblemError)
-    orbits = surface(problem)
+    orbits = orbits_of(problem)
     chain, by_energy = _solved(orbits, address, near)
     fine = refined(orbits, chain, by_energy, digits, jobs)
     right, error = passages(chain)

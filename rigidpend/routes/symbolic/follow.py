@@ -29,7 +29,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import section_points
-from rigidpend.routes.symbolic.levels import ChainLevel, Surface, each_alone, onward, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, Surface, each_alone, onward, orbits_of
 
 LEAST_BITS = 64
 """Least precision, bits, of the states at crossings."""
@@ -83,7 +83,7 @@ def address_of(
     begin = start(problem, bits, Scales())
     states = states_exact(begin, [phase], bits)
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
-    orbits = surface(problem)
+    orbits = orbits_of(problem)
     level = ChainLevel(orbits.return_map, orbits.energy(float(phase)))
     return addressed(level, section_points(there, level.c, precision(53)), routes.codes[:n, 0])
 
@@ -179,7 +179,7 @@ def _address(
     """
     try:
         if doubles:
-            own, _ = followed(surface(problem), float(phase), len(symbols))
+            own, _ = followed(orbits_of(problem), float(phase), len(symbols))
             if own.symbols == symbols:
                 return own
         # An orbit that doubles do not follow may have the right symbols by chance in the map, but

@@ -272,7 +272,7 @@ class Surface(NamedTuple):
 
 
 @functools.lru_cache(maxsize=8)
-def surface(problem: RouteProblem) -> Surface:
+def orbits_of(problem: RouteProblem) -> Surface:
     """The orbits of a problem with their map; MapError, with the reason, where they have none."""
     check_start(problem)
     return Surface(problem, return_map(problem.body, h=problem.energies))

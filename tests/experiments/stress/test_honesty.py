@@ -110,7 +110,7 @@ def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(
     made: Any = trial.tried()
     assert set(made["claims"]) >= set(names)
     assert failed(made) == set()
-    for limit in ("CLOSE", "AGREEMENT", "LINEAR"):
+    for limit in ("LIMIT_OF_TWO", "LIMIT_OF_THREE", "LIMIT_OF_UNEQUAL"):
         monkeypatch.setattr(certainty, limit, 1e9)
     assert "lies, all off by 1e-9" in failed(trial)
 

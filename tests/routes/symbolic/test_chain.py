@@ -25,7 +25,7 @@ from rigidpend.routes.symbolic.chain import (
     passages,
     signs_of,
 )
-from rigidpend.routes.symbolic.levels import ChainLevel, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, orbits_of
 from rigidpend.routes.symbolic.shortest import (
     INSIDE,
     MORE_HALF_TURNS,
@@ -150,7 +150,7 @@ def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyP
 
 
 def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
-    arrival = surface(RouteProblem(BODY, H, J1_0, 1)).begin(level())
+    arrival = orbits_of(RouteProblem(BODY, H, J1_0, 1)).begin(level())
     early, here, late = (arrival(1.2 + x) for x in (-1e-3, 0.0, 1e-3))
     assert here.I_slope == pytest.approx((late.I - early.I) / 2e-3, rel=1e-5)
     assert here.b_slope == pytest.approx((late.b - early.b) / 2e-3, rel=1e-5)
@@ -172,7 +172,7 @@ def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
 ) -> None:
     """Surfaces are split by 6e-9, and Newton's method takes its time before it converges."""
     thin = RouteProblem(Body((2, "1.7", "1.85"), (2, 1, 0), "0.01"), exact(1), exact("1e-8"), 3)
-    orbits = surface(thin)
+    orbits = orbits_of(thin)
     level = ChainLevel(orbits.return_map, thin.h0)
     begin = orbits.begin(level)
     cells = np.cumsum([cell, *half_turns])
