@@ -9,18 +9,18 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, Self
 
-MOST = 200
+MOST_CHARACTERS = 200
 """Largest number of characters of a text in a message."""
 
 
-def short(said: object, most: int = MOST) -> str:
+def short(said: object, most_characters: int = MOST_CHARACTERS) -> str:
     """The first line of a text, clipped, with ? for characters that could move a cursor."""
-    return plain(next(iter(str(said).splitlines()), "").expandtabs(1), most)
+    return plain(next(iter(str(said).splitlines()), "").expandtabs(1), most_characters)
 
 
-def plain(text: str, most: int) -> str:
+def plain(text: str, most_characters: int) -> str:
     """A text, clipped, with ? for unprintable characters except tabs."""
-    clipped = text if len(text) <= most else f"{text[: most - 3]}..."
+    clipped = text if len(text) <= most_characters else f"{text[: most_characters - 3]}..."
     return "".join(x if x.isprintable() or x == "\t" else "?" for x in clipped)
 
 

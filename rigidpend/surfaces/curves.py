@@ -20,7 +20,7 @@ from rigidpend.routes.start import Scales, start, states_double
 
 PER_TURN = 96
 """Number of samples in a turn of theta2, or in a time 2 pi/u if that is shorter."""
-SETTLED = 1e-3
+ON_SURFACE = 1e-3
 """Distance from the surface at a curve's first point, relative to that at its orbit's start."""
 CHORD = 4e-4
 """Allowed distance of a chord from its curve, in units of the window's height and half width.
@@ -83,8 +83,8 @@ def S1_minus(
     """Orbits on S1-, which leave the lower periodic solution beside separatrix 2, forward in time.
 
     They start near the surface, at theta1 = alpha0 + beta0 and the problem's J1_0. The distance
-    from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin where J1 is J1_0/`SETTLED`,
-    to lie on it, and end with the first point farther than `half_width`, radians.
+    from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin at J1 = J1_0/`ON_SURFACE`, to
+    lie on it, and end with the first point farther than `half_width`, radians.
     """
     p, t = problem.body.angles(), times(problem)
     begin = start(problem, 53, Scales())
@@ -99,7 +99,7 @@ def S1_minus(
     theta1, ratio = projected(orbits, p.alpha0, p.beta0)
     across = (theta1 - p.alpha0 - p.beta0) / half_width
     # J1 grows as exp(u t) beside the lower periodic orbit.
-    first = int(np.argmax(t > -math.log(SETTLED) / exponent(float(problem.J2_0(53)), p, math)))
+    first = int(np.argmax(t > -math.log(ON_SURFACE) / exponent(float(problem.J2_0(53)), p, math)))
     kept = [first + points(across[first:, k], ratio[first:, k]) for k in range(theta2_0.size)]
     return _joined(theta1, ratio, kept, np.mod(theta2_0, math.tau))
 

@@ -24,7 +24,7 @@ from rigidpend.orbits.integrate.states import first_crossings
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.surfaces.melnikov import delta
 
-PATIENCE = 4
+LONGEST_WAIT = 4
 """Longest time allowed up to the section, in units of the unperturbed motion's time.
 
 Orbits close to the unperturbed motion need about one unit."""
@@ -143,7 +143,7 @@ def meet(
     starts = list(theta2_0)
     begin = a.array(starts)
     rate = exponent(J2_0(s), s.p, m)
-    limit = PATIENCE * float((depth + math.tau) / rate)
+    limit = LONGEST_WAIT * float((depth + math.tau) / rate)
     states, numbers_of = launches(s, begin, depth, a), coefficients(s)
     if a.bits == 53:
         numbers_of = AlignedCoefficients(*map(float, numbers_of))

@@ -235,7 +235,7 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
 
 
 def test_more_than_its_bytes_can_hold_or_a_prover_takes_is_refused(tmp_path: Path) -> None:
-    most = stored(tmp_path, bomb(1000, 1)).stat().st_size // storage.EACH
+    most = stored(tmp_path, bomb(1000, 1)).stat().st_size // storage.STEP_BYTES
     for steps, terms, said in (
         (1000, 1, rf"1000 steps, .* has {most} at most"),
         (50, 1000, r"300000 coefficients, .* at most"),
@@ -277,7 +277,7 @@ def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
 def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
     monkeypatch.setattr(codes, "MOST_WORK", 4 * 60**2)
-    monkeypatch.setattr(codes, "BETWEEN", 0.0)
+    monkeypatch.setattr(codes, "LINE_SECONDS", 0.0)
     body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     found = certify_codes(
         body, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append

@@ -16,7 +16,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.heteroclinic import phase_at_start
-from rigidpend.surfaces.splitting import TOP, distance, harmonics, measure
+from rigidpend.surfaces.splitting import MOST_HARMONICS, distance, harmonics, measure
 from rigidpend.surfaces.surface_orbits import (
     Points,
     coefficients,
@@ -118,7 +118,7 @@ def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:
     found = measure(LARGE_NU, H0, ALLOWED, IN_DOUBLES)
     assert not found.resolved
     assert np.isnan(found.excess).all()
-    assert found.excess.shape == (TOP,)
+    assert found.excess.shape == (MOST_HARMONICS,)
 
 
 def test_eight_orbits_err_by_more_than_they_state(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,7 +126,7 @@ def test_eight_orbits_err_by_more_than_they_state(monkeypatch: pytest.MonkeyPatc
     body = Body(A=(2, 1, "1.08"), r=("sqrt(0.92)", "sqrt(0.08)", 0), mu="1e-3")
     found = {}
     for n in (8, 16, 32):
-        monkeypatch.setattr(splitting, "FEWEST", n)
+        monkeypatch.setattr(splitting, "FEWEST_ORBITS", n)
         found[n] = measure(body, H0, 1.0, IN_DOUBLES)
         assert found[n].n == n
     few, enough, many = found.values()

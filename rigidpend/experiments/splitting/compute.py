@@ -17,7 +17,13 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.melnikov import decay
-from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
+from rigidpend.surfaces.splitting import (
+    FEWEST_ORBITS,
+    SurfaceSplitting,
+    amplitude,
+    distance,
+    measure,
+)
 
 BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
 """Seconds of any run, seconds of an orbit in doubles or pairs of doubles, orbits per mu/h0.
@@ -52,7 +58,7 @@ def cost(config: Config) -> float:
     makes the distance small beside it. A larger weight takes more orbits for a curve.
     """
     problem, ratio = config.problem, mu_over_h0(config.problem)
-    orbits = FEWEST + ORBITS * ratio
+    orbits = FEWEST_ORBITS + ORBITS * ratio
     seconds = BEGIN
     for shape in problem.bodies.values():
         nu = shape.heavy(problem.mu[0]).nu

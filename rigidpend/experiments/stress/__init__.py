@@ -17,7 +17,7 @@ from functools import partial
 
 from rigidpend.experiments.data import ANY, NUMBER, TEXT, Field, Layout
 
-PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
+PASSED, LIMIT, REFUTED = "passed", "limit", "FAILED"
 """Verdicts: within the bound; beyond it within a declared limit; beyond it."""
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.scenes import (
-    BITS,
+    TRUTH_BITS,
     Claim,
     Findings,
     Scene,
@@ -161,7 +161,7 @@ def compared(
     """
     orbits = Orbits(scene.c, states, n_crossings, limit)
     # The truth starts from the same doubles, so that rounding of the start is not counted.
-    found, true = followed(scene, orbits), followed(scene, orbits, BITS)
+    found, true = followed(scene, orbits), followed(scene, orbits, TRUTH_BITS)
     predicted = predicted_errors(scene, states, true.time)
     floor = scene.rate * np.spacing(true.time)
     return scenes.phase_errors(found, true, scene.rate), predicted, floor
@@ -275,14 +275,14 @@ def decided_trial(
 
 def finer(bits: int) -> int:
     """The precision that judges symbols decided in `bits` bits: at least 1.5 times as many."""
-    return BITS if 3 * bits <= 2 * BITS else 2 * bits
+    return TRUTH_BITS if 3 * bits <= 2 * TRUTH_BITS else 2 * bits
 
 
 def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, jobs: int) -> float:
     """Number of symbols called certain that a higher precision contradicts."""
     bits = finer(int(found.bits[0]))
     # Above 113 bits integers judge, which share no arithmetic with the kernel.
-    engine = "taylor" if bits == BITS else "scipy"
+    engine = "taylor" if bits == TRUTH_BITS else "scipy"
     known = scenes.routes(problem, phases, jobs, (bits,), engine=engine)
     differ = found.codes[:, : phases.size] != known.codes
     return float((found.certain[:, : phases.size] & differ).sum())

@@ -25,7 +25,7 @@ import numpy as np
 
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map.conjugacy import Beside, TorusForm, TorusRates
+from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import (
     chebyshev_analysis,
     chebyshev_basis,
@@ -56,7 +56,7 @@ STRIP = 1.2
 
 The unit is that of time on a separatrix, 2/(J2 sin(alpha0)) in t'. Without weight the distance is
 pi/2."""
-FORWARD, INVERSE = 1, 3
+FORWARD_POWER, INVERSE_POWER = 1, 3
 """Powers of charts and of inverse charts by which the orders shrink with the energy's order.
 
 See :func:`fitted`."""
@@ -218,7 +218,7 @@ def section_chart(
     MapError
         The arcs do not end within the range of the normal form.
     """
-    nf, a, h = form.nf, form.a, np.repeat(form.h, form.each(len(d)))
+    nf, a, h = form.nf, form.a, np.repeat(form.h, form.group_sizes(len(d)))
     side, shares = 1 if rising else -1, a.zeros((0,))
     # theta3 is a quadrature along the arc, by Gauss's rule: its points come before the arc's end.
     if nf.theta3:
@@ -239,7 +239,7 @@ def section_chart(
 
 def arcs(
     rising: bool, d: Scalar, chi: Scalar, form: TorusForm, c: Coefficients, times: Scalar
-) -> tuple[Any, Any, Beside]:
+) -> tuple[Any, Any, NormalPoint]:
     """The arcs from points of the section towards the periodic orbit, and where they end.
 
     They are the states at ascending `times` (t', not negative), forwards from upward (`rising`)
@@ -250,7 +250,7 @@ def arcs(
     MapError
         The arcs do not end within the range of the normal form.
     """
-    a, h = form.a, np.repeat(form.h, form.each(len(d)))
+    a, h = form.a, np.repeat(form.h, form.group_sizes(len(d)))
     begin = section_state(rising, d, chi, h, c, a)
     path = states_at(c.aligned, begin, times if rising else -times, a.bits)
     end = path[:, -1]
@@ -335,7 +335,7 @@ def forward_table(
     def chart(d: Any, chi: Any, form: TorusForm) -> Any:
         return section_chart(rising, d, chi, form, c, length)
 
-    return fitted(chart, width, n_x, n_phase, nf, FORWARD, a)
+    return fitted(chart, width, n_x, n_phase, nf, FORWARD_POWER, a)
 
 
 def inverse_table(
@@ -354,7 +354,7 @@ def inverse_table(
         # chi grows by a turn with s; the difference is periodic in s, as a table has to be.
         return np.stack((d, chi - s, *value[2:]))
 
-    return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE, a)
+    return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE_POWER, a)
 
 
 def _solved(

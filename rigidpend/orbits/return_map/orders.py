@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.orbits.return_map.charts import (
-    FORWARD,
-    INVERSE,
+    FORWARD_POWER,
+    INVERSE_POWER,
     ChartTable,
     arcs,
     forward_table,
@@ -58,7 +58,7 @@ LARGEST_RADIUS = 0.5
 """Largest |u| and |v| at the ends of arcs, in units of their size at the nearest singularity.
 
 Beyond it the series need too many terms."""
-LOOK = 3, 9, 7
+FIRST_LOOK = 3, 9, 7
 """Sizes of the first look: nodes in d and in chi, degree of the normal form."""
 SECOND_LOOK = 21
 """Largest degree of the normal form in the second look."""
@@ -76,7 +76,7 @@ ENDS = 16
 """Phases at the ends of a table's width at which the second look measures where arcs end."""
 TOLD = 2
 """Factor up to which the error of a table may exceed its last coefficients, to be theirs."""
-MORE = 1.2
+RAISED = 1.2
 """Factor by which orders are raised for another attempt; for the normal form it is the most."""
 
 
@@ -102,18 +102,18 @@ class Orders(NamedTuple):
         """The orders for another attempt: those are raised that the errors show to be too small."""
         # A tail beyond an eighth of what is allowed calls for more terms in its direction.
         tails, small = (errors.tail_x, errors.tail_phase, errors.tail_energy), allowed / 8
-        x, phase, energy = (MORE if tail > small else 1.0 for tail in tails)
+        x, phase, energy = (RAISED if tail > small else 1.0 for tail in tails)
         told = TOLD * max(tails)
         if errors.inverse > max(told, allowed / 2):
             # The tails do not explain it. At its nodes an inverse chart is solved exactly from the
             # chart's own table, so that only its own truncation remains.
-            phase = energy = MORE
+            phase = energy = RAISED
         # Each degree gains as many digits as the others: the share of digits that are missing is
         # the share of degrees to add.
         share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
         # What tails do not explain of a chart's error comes from the normal form.
         own = errors.charts > told or x == phase == energy == 1
-        inner = min(MORE, 1 + share) if own else 1.0
+        inner = min(RAISED, 1 + share) if own else 1.0
         return Orders(
             _odd(self.degree * inner),
             _odd(self.n_phase_orbit * inner),
@@ -140,7 +140,7 @@ class Orders(NamedTuple):
 class Layer(NamedTuple):
     """The layer of orbits that the tables are to cover."""
 
-    invariant: float
+    widest_I: float
     """Largest |I|."""
     widths: tuple[float, float]
     """Largest |d| on downward and upward crossings."""
@@ -148,7 +148,7 @@ class Layer(NamedTuple):
     def in_unit(self, unit: float) -> Layer:
         """The same layer in another unit of M."""
         # I = u v is of second order in M, d of first.
-        return Layer(self.invariant * unit**2, (self.widths[0] * unit, self.widths[1] * unit))
+        return Layer(self.widest_I * unit**2, (self.widths[0] * unit, self.widths[1] * unit))
 
 
 class Rough(NamedTuple):
@@ -215,9 +215,9 @@ class Rough(NamedTuple):
         """
         # Arcs with the normal form solved at their ends, points of inverse charts, and products of
         # series, in microseconds as measured; charts are made for two sections.
-        of = o.n_energy, FORWARD
+        of = o.n_energy, FORWARD_POWER
         charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, *of))
-        of = o.n_energy, INVERSE
+        of = o.n_energy, INVERSE_POWER
         inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
         terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
         points = quadrature_points(o.length, self.c, self.h, bits)
@@ -270,7 +270,7 @@ def first_look(body: Rough, reach: float) -> Layer:
     (c, h), k, a = body, body.c.aligned, precision(53)
     # Width of the charts, of the size of the splitting to first order in mu.
     guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / body.rate
-    n_x, n_phase, degree = LOOK
+    n_x, n_phase, degree = FIRST_LOOK
     length = body.arc_length(guess)
     nf = normal_form(c, Interval(h, 0.0, 1), degree, body.harmonics(DOUBLES), 0.0, a)
     splittings, slopes = [], []
@@ -311,7 +311,7 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
     """
     width, a, at = max(layer.widths), precision(53), Interval(body.h, 0.0, 1)
     length, border, n = body.arc_length(width), body.border(width), body.harmonics(DOUBLES)
-    nf = normal_form(body.c, at, SECOND_LOOK, n, border, a, least=TINY)
+    nf = normal_form(body.c, at, SECOND_LOOK, n, border, a, least_share=TINY)
     degrees = powers(nf.degree, 1).sum(axis=1)
     sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * _reach(body, layer, nf) ** degrees
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
@@ -327,7 +327,7 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
     for rising in (False, True):
         sizes = rising, a.number(layer.widths[rising]), body.nodes(width, DOUBLES), nf.n
         forward = forward_table(*sizes, nf, body.c, length, a)
-        tables += [forward, inverse_table(rising, forward, layer.invariant, nf.n, nf, a)]
+        tables += [forward, inverse_table(rising, forward, layer.widest_I, nf.n, nf, a)]
     by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
     return Shrinking(by_degree, by_x, by_phase)
 

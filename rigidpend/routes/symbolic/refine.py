@@ -122,7 +122,7 @@ def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
     The result is log10 of the change of t' at the crossings, per radian of theta2_0, (n + 1,).
     """
     # theta2_0 and the energy depend on each other: this is the total derivative.
-    factor = abs(1 - by_energy * orbits.energy_slope(chain.unknown))
+    factor = abs(1 - by_energy * orbits.energy_slope(chain.parameter))
     change = np.diff(_begun(orbits, chain, STEP * np.array([-1.0, 1.0])))[:, 0]
     # chi comes without whole turns, so that the difference may jump by one.
     change[1] = math.remainder(change[1], 2 * math.pi)
@@ -134,7 +134,7 @@ def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
 
 def _begun(orbits: Surface, chain: Chain, off: Any) -> Array:
     """d, chi and t', (3, N), of the first crossings of orbits whose phases are `off` a chain's."""
-    at = orbits.enter(chain.level.map_level, np.atleast_1d(chain.unknown + off))
+    at = orbits.enter(chain.level.map_level, np.atleast_1d(chain.parameter + off))
     return np.array((at.point.d, at.point.chi, at.time))
 
 
@@ -193,7 +193,7 @@ class _Legs:
         self.c = AlignedCoefficients(*map(a.number, self.begin.coefficients))
         self.jobs, self.needed, self.most = jobs, needed, float(needed[0])
         self.chain = chain
-        self.theta, self.times = a.number(chain.unknown), a.array(times[:n])
+        self.theta, self.times = a.number(chain.parameter), a.array(times[:n])
         self.states = a.array(crossing_states(chain)[:, :n])
         # Behind a passage with I < 0 the orbit crosses beside separatrix 4 or 1.
         self.mirrored = np.append(False, chain.I[: n - 1] < 0)
@@ -202,7 +202,7 @@ class _Legs:
         # is small: the less the surfaces are split, the wider the numbers that it takes.
         grown = np.abs(tangents(chain)[: n - 1, 1, 0]).max(initial=1.0)
         self.kinds = [kind for kind in LADDER[1:] if 2.0 ** (kind / 2) > grown**2]
-        if chain.off[-1] < MIDDLE and n == len(chain.chi):
+        if chain.off_middle[-1] < MIDDLE and n == len(chain.chi):
             # The orbit returns from the middle of a cell, gamma3 = 0, and corrections keep gamma3
             # of the last crossing.
             self.states[5, -1] = self.m.mpf(0)

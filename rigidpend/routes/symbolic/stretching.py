@@ -133,7 +133,7 @@ class Stretched(NamedTuple):
 
 def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
     """Follow orbits of one body and h0 through n passages, by their theta2_0 (radians) and J1_0."""
-    level, c = orbits.made.at(orbits.energy(theta2_0, J1_0)), orbits.made.coefficients
+    level, c = orbits.return_map.at(orbits.energy(theta2_0, J1_0)), orbits.return_map.coefficients
     begin = orbits.enter(level, theta2_0, J1_0)
     # Outside of the tables d may be so large that no point of the section has the energy.
     first = begin.point._replace(d=np.where(begin.inside, begin.point.d, 0.0))

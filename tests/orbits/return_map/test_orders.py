@@ -9,7 +9,7 @@ import pytest
 
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, orders
-from rigidpend.orbits.return_map.build import FIRST, WHOLE, expected_cost
+from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3, expected_cost
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.orders import (
     LARGEST_RADIUS,
@@ -72,10 +72,10 @@ def test_only_a_body_without_any_force_is_without_weight(rough: Rough) -> None:
 def test_tables_reach_as_far_as_series_shrink_and_the_reason_is_that_of_the_whole_layer(
     rough: Rough, monkeypatch: pytest.MonkeyPatch, whole: float, reached: float, tried: Any
 ) -> None:
-    one, asked = first_look(rough, 1.0).invariant, []
+    one, asked = first_look(rough, 1.0).widest_I, []
 
     def second_look(_: Rough, layer: Layer) -> Any:
-        asked.append(layer.invariant / one)
+        asked.append(layer.widest_I / one)
         if asked[-1] > reached:
             raise MapError(f"not as far as {asked[-1]:.3g}")
         return "seen"
@@ -87,7 +87,7 @@ def test_tables_reach_as_far_as_series_shrink_and_the_reason_is_that_of_the_whol
             orders.looks(rough)
         assert asked[-1] >= 2.2 or len(asked) == 1
     else:
-        assert orders.looks(rough)[0].invariant / one == pytest.approx(tried[-1])
+        assert orders.looks(rough)[0].widest_I / one == pytest.approx(tried[-1])
         assert asked == pytest.approx(tried)
 
 
@@ -162,7 +162,7 @@ def test_a_map_of_larger_orders_costs_more(rough: Rough, name: str) -> None:
 
 def test_a_map_is_expected_to_cost_more_in_more_bits_and_with_theta3() -> None:
     h = exact("1.3342")
-    short, whole = (expected_cost(FIG4, h, h, 64, design) for design in (FIRST, WHOLE))
+    short, whole = (expected_cost(FIG4, h, h, 64, design) for design in (FIRST, WITH_THETA3))
     assert 0.4 < short / whole < 0.85
     costs = [expected_cost(FIG4, h, h, bits, FIRST) for bits in (53, 64, 106, 113)]
     assert costs == sorted(costs)

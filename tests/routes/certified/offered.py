@@ -67,7 +67,7 @@ def series(terms: Mapping[Any, int], bits: int) -> script.Series:
 
 def step(piece: FamilyStep) -> script.Step:
     states = [series(terms, piece.bits) for terms in piece.terms]
-    return script.Step(series(piece.half, script.CLOCK), states)
+    return script.Step(series(piece.half_length, script.CLOCK), states)
 
 
 def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
@@ -203,7 +203,7 @@ def crossings(begin: Any, time: float) -> tuple[Any, Any]:
 
 def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
     """Time of the polynomials at a place of a set."""
-    return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
+    return sum(2 * value(Family.of(piece.half_length, CLOCK), *place) for piece in pieces)
 
 
 PHASE, DEPTH = exact("1"), 60

@@ -21,7 +21,7 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.pieces import made
+from rigidpend.routes.certified.pieces import quad_from
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.runs import certificates
 from scripts import check_full_shift as script
@@ -37,7 +37,7 @@ AT_ORBITS = Fraction(1), "C3", script.WIDEST
 # ---- C6
 
 
-STRAIGHT = made(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
+STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
 """A straight set, which moves with the energy."""
 
 
@@ -99,7 +99,9 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     U: Any, V: Any, w_u: float, reason: str, curve: tuple[float, ...]
 ) -> None:
     """U = U_u u + U_v v + U_w w and V alike, of a set that moves; w may change with u."""
-    quad = made(True, (2.0**-10, 2.0**-9, 0.0, -0.5), curve)._replace(moves=((Fraction(1, 4),),))
+    quad = quad_from(True, (2.0**-10, 2.0**-9, 0.0, -0.5), curve)._replace(
+        moves=((Fraction(1, 4),),)
+    )
     a, b, _, l1 = (float(x) for x in quad[1:5])
     of_d, level = [a * x for x in U], (w_u, 0.0, 1.0)
     of_g = [(a * x - b * y) / l1 for x, y in zip(U, V, strict=True)]

@@ -95,8 +95,8 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     # Of sets so high that the image does not reach from end to end.
     targets += [(quad._replace(a=1000 * quad.a), first) for quad, first in targets]
     numbers = sections.Numbers.of(BODY, setting.h).without_derivatives
-    assert isinstance(link.of, Quad)
-    image = passages.arrival(numbers, link.of, link.pieces())
+    assert isinstance(link.start, Quad)
+    image = passages.arrival(numbers, link.start, link.pieces())
     begun = [sections.beginning(numbers, *each)[0] for each in targets]
     each = zip(targets, begun, strict=True)
     reasons = [said(coverings.relation, image, quad, there, 0)[:2] for (quad, _), there in each]
@@ -115,7 +115,7 @@ def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface(
     line, first, second = chains.links(setting, J1, orbit)
     assert sum(line.theta2) / 2 == pytest.approx(theta2, rel=1e-15)
     away = 1 / abs(float(setting.level.exponent[0, 0]) * passed[0].slopes[1, 0, 0])
-    sets = [link.of for link in (first, second) if isinstance(link.of, Quad)]
+    sets = [link.start for link in (first, second) if isinstance(link.start, Quad)]
     assert float(sets[0].a) / away == pytest.approx(1 / 2000)
     # Each is as wide as it is long, at least, and holds the image of the one before.
     assert sets[1].b >= sets[1].a
@@ -191,7 +191,7 @@ def test_longer_passages_ask_for_more_bits(monkeypatch: pytest.MonkeyPatch) -> N
     """They are nearer to a surface by exp(2 pi Lambda) for two more, here of Lambda = 1/sqrt(8)."""
     monkeypatch.setattr(horseshoe, "quads", lambda _: [SimpleNamespace(b=x) for x in (2e-7, 1e-7)])
     of = [horseshoe.ShiftProblem(BODY, H0, 14, lengths=n) for n in (1, 2, 3)]
-    own = horseshoe.SPARE - 2 * math.log2(1e-7 / of[0].width)
+    own = horseshoe.SPARE_BITS - 2 * math.log2(1e-7 / of[0].width)
     nearer = 2 * math.pi / math.sqrt(8) / math.log(2)
     for k, setting in enumerate(of):
         [found] = horseshoe.trials(setting, 14)

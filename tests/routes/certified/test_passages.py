@@ -124,7 +124,10 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
     """
     small = offered.moved(by_lot(1e-6, 0, 0, 1.2, 0, 0, 0), 2, (0, 1, 0, 0), 0.1)
     for piece in (by_lot(0.1, 0.3, 0.2, 1.2, 0.5, 0.4, 0.3), small):
-        states, half = [Family.of(x, BITS) for x in piece.terms], Family.of(piece.half, CLOCK)
+        states, half = (
+            [Family.of(x, BITS) for x in piece.terms],
+            Family.of(piece.half_length, CLOCK),
+        )
         mine = passages.defects(stored.numbers, states, half)
         theirs = script.defects(problem(), step(piece))
         assert [float(x) for x in mine] == pytest.approx(list(map(float, theirs)), rel=1e-6)
@@ -138,7 +141,9 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
 def test_C2_a_step_goes_forward(stored: Stored, share: float, reason: str) -> None:
     """What is allowed is that of another orbit, and so the tube fails next."""
     piece = stored.orbits[0][0]
-    bent = piece._replace(half={**piece.half, (0, 1, 0): int(share * piece.half[0, 0, 0])})
+    bent = piece._replace(
+        half_length={**piece.half_length, (0, 1, 0): int(share * piece.half_length[0, 0, 0])}
+    )
     offered.agree(reason, *stored.of(stored.quads[0], [bent]))
 
 

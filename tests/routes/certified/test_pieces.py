@@ -26,7 +26,7 @@ from tests.routes.certified.offered import STORED, Stored, series
 def finer(piece: FamilyStep, by: int = 30) -> FamilyStep:
     """The same step in units that many bits finer, and half a unit of old off in each term."""
     terms = [{at: (w << by) + (1 << by - 1) for at, w in each.items()} for each in piece.terms]
-    return FamilyStep(piece.bits + by, piece.half, terms)
+    return FamilyStep(piece.bits + by, piece.half_length, terms)
 
 
 def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> None:
@@ -39,7 +39,7 @@ def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> No
     found, theirs = unpacked(again, 5), script.steps_of_sets(again, 5)
     for mine, others, wanted in zip(found, theirs, steps, strict=True):
         for one, other, piece in zip(mine, others, wanted, strict=True):
-            half = {at: w for at, w in piece.half.items() if w}
+            half = {at: w for at, w in piece.half_length.items() if w}
             assert one == (piece.bits, half, list(piece.terms))
             for k, terms in enumerate(piece.terms):
                 assert (other.states[k] - series(terms, piece.bits)).most == 0

@@ -94,7 +94,7 @@ def test_where_a_cell_has_no_orbit_the_other_serves(monkeypatch: pytest.MonkeyPa
     both = [find_orbit(FIG4, f"{first} 0^11 1^11", **START) for first in "ab"]
     quicker = min(both, key=lambda x: np.ptp(x.crossing_time)).theta2_0
     assert find_orbit(FIG4, "0^11 1^11", **START).theta2_0 == quicker
-    solved = shortest.exactly
+    solved = shortest.with_half_turns
     for lacking, other in enumerate(both[::-1]):
 
         def exactly(system: Any, cell: int, *given: Any, lacking: int = lacking) -> Any:
@@ -102,7 +102,7 @@ def test_where_a_cell_has_no_orbit_the_other_serves(monkeypatch: pytest.MonkeyPa
                 raise NoOrbit("none there")
             return solved(system, cell, *given)
 
-        monkeypatch.setattr(find, "exactly", exactly)
+        monkeypatch.setattr(find, "with_half_turns", exactly)
         assert find_orbit(FIG4, "0^11 1^11", **START).theta2_0 == other.theta2_0
 
 
