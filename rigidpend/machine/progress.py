@@ -13,12 +13,10 @@ from typing import TYPE_CHECKING, Any, Self
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-PERIOD = 0.5
-"""Seconds before the first line on a terminal, and between changes of it."""
-BETWEEN = 2.0
-"""Least seconds before a line on a part in a log, and between two measurements of the pace."""
+PERIOD, LOG_PERIOD = 0.5, 2.0
+"""Seconds before and between changes of a line on a terminal, and lines on parts in a log."""
 PATIENCE, LOG_PATIENCE = 3.0, 30.0
-"""Seconds before the first line on work that may soon be finished, on a terminal and in a log."""
+"""Seconds before the first line on work that may soon be finished, likewise."""
 
 
 class PartDone(str):
@@ -57,6 +55,7 @@ class Progress:
         self._quiet, self._verbose = quiet, verbose
         self._changing = not quiet and not verbose and changes()
         self._patience = (PATIENCE if self._changing else LOG_PATIENCE) if patient else 0.0
+        self._period = PERIOD if self._changing else LOG_PERIOD
         self._start = self._moved = time()
         self._ended, self._done, self._said = 0, 0.0, ""
         self._lines, self._shares = dict[str, str](), dict[str, float]()
@@ -115,9 +114,8 @@ class Progress:
 
     def _due_bar(self) -> tqdm[Any] | None:
         """The bar of tqdm, which is imported when one is due: short work does not wait for it."""
-        patience = max(PERIOD if self._changing else BETWEEN, self._patience)
-        late = time() >= self._start + patience and not self._quiet and not self._verbose
-        if late and self._bar is None:
+        late = time() >= self._start + max(self._period, self._patience)
+        if late and self._bar is None and not self._quiet and not self._verbose:
             from tqdm import tqdm
 
             whole = sum(self._expected.values()) + self._total - len(self._expected)
@@ -127,11 +125,12 @@ class Progress:
                 # An earlier run may have done it, which tells nothing of the pace.
                 initial=self._done,
                 bar_format=f"[{{percentage:.0f}} %{of}, {{elapsed}}, {{remaining}} left] {{desc}}",
-                mininterval=BETWEEN,
+                mininterval=self._period,
                 miniters=0,
-                delay=PERIOD,
+                # Not before it has its text.
+                delay=self._period,
                 leave=False,
-                dynamic_ncols=self._changing,
+                dynamic_ncols=True,
                 # Below the screen nothing is shown: in a log tqdm only says when a line is due.
                 position=None if self._changing else 1000,
             )
@@ -155,7 +154,7 @@ class Progress:
 
     def _tick(self) -> None:
         """Refresh the line, also between two parts."""
-        while not self._over.wait(PERIOD):
+        while not self._over.wait(self._period):
             with self._lock:
                 if self._lines and not self._over.is_set() and (bar := self._due_bar()):
                     bar.refresh()

@@ -11,6 +11,7 @@ import re
 import sys
 import time
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -23,6 +24,8 @@ from rigidpend.machine.wording import Column, Table, columns, counted, markdown,
 class Terminal(io.StringIO):
     """A stderr that takes text as a terminal does, and shows it."""
 
+    width = 70
+
     def isatty(self) -> bool:
         return True
 
@@ -30,31 +33,16 @@ class Terminal(io.StringIO):
         return 2
 
     def screen(self) -> list[str]:
-        """What stands there in the end: after a carriage return text is written over."""
-        lines = []
-        for line in self.getvalue().split("\n"):
-            row = ""
-            for text in line.split("\r"):
-                row = text + row[len(text) :]
-            lines.append(row.rstrip())
-        return lines
-
-
-class Clock:
-    """The time of the display, and of tqdm: as a test says."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
+        """What stands there: tqdm covers with blanks what it writes over."""
+        return [line.split("\r")[-1].rstrip() for line in self.getvalue().split("\n")]
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    clock = Clock()
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """The time of the display, and of tqdm: as a test says."""
+    clock = SimpleNamespace(now=0.0)
     for name in ("rigidpend.machine.progress.time", "tqdm.std.time"):
-        monkeypatch.setattr(name, clock)
+        monkeypatch.setattr(name, lambda: clock.now)
     return clock
 
 
@@ -67,23 +55,24 @@ def log(capsys: pytest.CaptureFixture[str]) -> Callable[[], str]:
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((70, 24)))
     monkeypatch.setattr(progress, "PERIOD", 0.01)
-    return Terminal()
+    made = Terminal()
+    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((made.width, 24)))
+    return made
 
 
 def test_the_time_left_is_estimated_from_shares_by_what_experiments_are_expected_to_take(
-    log: Callable[[], str], clock: Clock
+    log: Callable[[], str], clock: SimpleNamespace
 ) -> None:
     """Here a takes twice as long as expected, and so will the rest of the others."""
-    shown = Progress(3, {"a": 2.0, "b": 5.0})
+    shown = Progress(3, {"a": 2.0, "b": 5.0}, 2)
     shown.hear("a", "computing")
     clock.now = 4.0
     shown.end("a", well=True)
-    assert log().endswith("[25 % of about 8 s, 00:04, 00:12 left] 1 of 3 done\n")
+    assert log().endswith("[25 % of about 4 s, 00:04, 00:12 left] 1 of 3 done\n")
     clock.now = 10.0
     shown.hear("b", PartDone("part 3 of 5", 3, 5))
-    assert log() == "[62 % of about 8 s, 00:10, 00:06 left] 1 of 3 done; b: part 3 of 5\n"
+    assert log() == "[62 % of about 4 s, 00:10, 00:06 left] 1 of 3 done; b: part 3 of 5\n"
     # The share of another array in it, which takes nothing back.
     clock.now = 14.0
     shown.hear("b", PartDone("part 1 of 5", 1, 5))
@@ -91,7 +80,7 @@ def test_the_time_left_is_estimated_from_shares_by_what_experiments_are_expected
 
 
 def test_finished_parts_of_an_earlier_run_tell_nothing_of_the_pace(
-    log: Callable[[], str], clock: Clock
+    log: Callable[[], str], clock: SimpleNamespace
 ) -> None:
     shown = Progress(1)
     clock.now = 1.0
@@ -101,7 +90,13 @@ def test_finished_parts_of_an_earlier_run_tell_nothing_of_the_pace(
     assert log() == "[91 %, 00:11, 01:29 left] 0 of 1 done; a: part\n"
 
 
-def test_what_is_soon_over_says_nothing(log: Callable[[], str], clock: Clock) -> None:
+def test_a_notebook_can_replace_a_line_as_a_terminal_can(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not progress.changes()
+    monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    assert progress.changes()
+
+
+def test_what_is_soon_over_says_nothing(log: Callable[[], str], clock: SimpleNamespace) -> None:
     shown = Progress(1, patient=True)
     clock.now = 29.0
     shown.hear("a", "computing")
@@ -112,7 +107,9 @@ def test_what_is_soon_over_says_nothing(log: Callable[[], str], clock: Clock) ->
     assert log() == "a: at last\n"
 
 
-def test_a_log_is_told_of_parts_now_and_then(log: Callable[[], str], clock: Clock) -> None:
+def test_a_log_is_told_of_parts_now_and_then(
+    log: Callable[[], str], clock: SimpleNamespace
+) -> None:
     with Progress(1) as shown:
         shown.hear("a", "computing")
         for at in (0.2, 2.5, 2.6, 4.4, 4.6, 9.0):
@@ -131,7 +128,7 @@ TIMED = "".join(f"    2.50 s  {x}\n" for x in ("planned", "a: computing", "a: pa
     ("how", "said"), [({}, LINES), ({"quiet": 1}, ""), ({"verbose": 1}, TIMED)]
 )
 def test_a_dumb_terminal_has_plain_lines_verbose_all_with_their_times_and_quiet_none(
-    terminal: Terminal, clock: Clock, monkeypatch: pytest.MonkeyPatch, how: Any, said: str
+    terminal: Terminal, clock: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, how: Any, said: str
 ) -> None:
     monkeypatch.setenv("TERM", "dumb")
     monkeypatch.setattr(sys, "stderr", terminal)
@@ -159,8 +156,11 @@ def test_a_terminal_has_one_line_that_changes_and_keeps_the_last_of_what_ended_w
     with contextlib.suppress(KeyboardInterrupt), shown:
         shown.tell("x: up to date")
         for name, well in (("a", True), ("b", False), ("c", True)):
+            # Made narrower meanwhile.
+            terminal.width -= 5
             shown.hear(name, "computing, with a long line that does not fit into the width")
             waits_for(f"done; {name}: computing", terminal)
+            assert len(terminal.screen()[-1]) < terminal.width
             shown.hear(name, PartDone("written", 1, 2))
             waits_for(f"{'abc'.index(name)} of 3 done; {name}: written", terminal)
             if name == "c":
@@ -170,6 +170,16 @@ def test_a_terminal_has_one_line_that_changes_and_keeps_the_last_of_what_ended_w
     assert terminal.screen() == ["x: up to date", "a: written", ""]
     # None wraps, with the blanks that write over the rest of a longer one.
     assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 70
+
+
+def test_work_that_ends_before_its_first_part_leaves_no_line(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with Progress(1) as shown:
+        shown.hear("a", "computing")
+        waits_for("a: computing", terminal)
+    assert terminal.screen() == [""]
 
 
 @pytest.mark.parametrize(("number", "ends"), [(errno.ENOSPC, False), (errno.EPIPE, True)])
