@@ -19,21 +19,17 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map.charts import (
-    Chart,
-    Charts,
-    ChartTable,
-    forward_table,
-    inverse_table,
-)
+from rigidpend.orbits.return_map.charts import Chart, Charts, forward_table, inverse_table
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking, looks
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
-from rigidpend.orbits.return_map.orders import Layer, Orders, Rough, Shrinking, looks, orders
+from rigidpend.orbits.return_map.orders import Orders, building_seconds, orders
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
 from rigidpend.orbits.return_map.program import Entry, Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
+from rigidpend.orbits.return_map.tables import ChartTable
 
 ALLOWED_ROUNDINGS = 2.0**13
 """Allowed error of a map in doubles, or with tables of no more bits than its own, in roundings.
@@ -213,7 +209,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     """
     _, planned = plan(body, low, high, bits, design)
     rough = _rough(body, (low + high) / 2, design)
-    return rough.cost(planned, table_bits(bits), theta3=design.theta3)
+    return building_seconds(rough, planned, table_bits(bits), theta3=design.theta3)
 
 
 def _rough(body: Body, h: Exact, design: Design) -> Rough:
@@ -293,7 +289,7 @@ def build(
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
-        spent += rough.cost(planned, a.bits, theta3=design.theta3)
+        spent += building_seconds(rough, planned, a.bits, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.charts import Chart, ChartTable, Looked, invariants, section_chart
+from rigidpend.orbits.return_map.charts import Chart, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients
+from rigidpend.orbits.return_map.tables import ChartTable, Looked
 
 LEVELS = 16
 """Number of random energies at which tables are checked, one in each equal part of the interval.

@@ -33,11 +33,12 @@ from rigidpend.numbers.exact import context, fraction
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
-from rigidpend.orbits.return_map.charts import INVERSE_POWER, Charts, ChartTable, fitted
+from rigidpend.orbits.return_map.charts import Charts
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.tables import INVERSE_POWER, ChartTable, fitted
 
 FUNCTIONS = 3
 """Number of functions of a chart that codes and times need: all but that of theta3."""

@@ -37,12 +37,13 @@ from rigidpend.orbits.return_map.build import (
     plan,
     table_bits,
 )
-from rigidpend.orbits.return_map.charts import Chart, ChartTable
+from rigidpend.orbits.return_map.charts import Chart
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.orders import Orders
 from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.tables import ChartTable
 
 MOST_BYTES = 500_000_000
 """Bytes of all kept maps.

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel import machine_code
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Functions, Pairs, Value
+from rigidpend.orbits.integrate.kernel.lane_functions import Functions
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Pairs, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 WIDE_LANES = 2 * LANES
