@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.stress import scenes
-from rigidpend.experiments.stress.passages import DEVIATIONS, compared
+from rigidpend.experiments.stress.roundings import DEVIATIONS, compared
 from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact, exacts

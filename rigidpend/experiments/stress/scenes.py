@@ -37,6 +37,8 @@ INTEGER_BITS = 192
 """Precision, in integers, of the truth for orbits decided in `TRUTH_BITS` or more.
 
 It is above the last of the default precisions, so that no computation judges itself."""
+SIGMAS = 4.0
+"""Standard errors within which two means, or two medians, count as equal."""
 
 
 class Claim(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.stress import conserved, extremes, passages, scenes
+from rigidpend.experiments.stress import conserved, extremes, roundings, scenes
 from rigidpend.experiments.stress.scenes import Scene
 from rigidpend.mechanics.coordinates import (
     Aligned,
@@ -132,7 +132,7 @@ def test_all_hold_and_wrong_mirrors_and_large_errors_do_not(
     assert (set(right.values()), len(right)) == ({"passed"}, 3)
     monkeypatch.setattr(conserved, "MIRRORED", np.arange(5))
     monkeypatch.setattr(conserved, "REVERSAL", -conserved.REVERSAL)
-    monkeypatch.setattr(passages, "NOISE", passages.NOISE / 100)
+    monkeypatch.setattr(roundings, "NOISE", roundings.NOISE / 100)
     assert failed(trial) == set(right)
 
 

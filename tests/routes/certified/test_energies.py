@@ -40,7 +40,7 @@ from rigidpend.routes.certified.pieces import (
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
 from rigidpend.routes.symbolic.levels import onward
-from scripts import check_full_shift as script
+from scripts import check_full_shift, check_sections, check_series
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
@@ -205,7 +205,7 @@ def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int
     energy = h + sign * Fraction(by) * spread
     mine = sections.Numbers.of(BODY, exact(GIVEN["h"]), spread).energies.range
     assert mine.contains(arb(energy.numerator) / energy.denominator) is inside
-    theirs = script.problem_of({**GIVEN, "spread": spread}).energies.ball()
+    theirs = check_sections.problem_of({**GIVEN, "spread": spread}).energies.ball()
     assert (theirs.low <= Interval.of(energy).low <= theirs.high) is inside
 
 
@@ -244,9 +244,9 @@ def test_a_proof_is_of_the_energies_of_its_config(
     given["h0" if changes == OWN else "h"] = GIVEN["h"]
     given["around"] = "1e-6" if len(changes) == 1 else "0"
     config = {"experiment": "full_shift", "problem": given}
-    read = script.Read(config, [], [], [], [], Fraction(shift), spread)
+    read = check_full_shift.Read(config, [], [], [], [], Fraction(shift), spread)
     with pytest.raises(Refused, match="energies") if reason else nullcontext():
-        assert script.energies_of(read)["spread"] == spread
+        assert check_full_shift.energies_of(read)["spread"] == spread
 
 
 @pytest.mark.parametrize("theta2", [0.0, 0.7, 2.5, 3.5, 6.0])
@@ -263,9 +263,9 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     first, *_ = family_orbits.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
     numbers = sections.Numbers.of(body, setting.h, spread, H0)
     del given["h"]
-    problem = script.problem_of({**given, "shift": shift, "spread": spread})
-    theirs = script.phases(problem, script.Line(*line[:5]), offered.step(first))
-    bounds = Fraction(theirs.low, 1 << script.DIGITS), theirs.above
+    problem = check_sections.problem_of({**given, "shift": shift, "spread": spread})
+    theirs = check_sections.phases(problem, check_sections.Line(*line[:5]), offered.step(first))
+    bounds = Fraction(theirs.low, 1 << check_series.DIGITS), theirs.above
     for low, high in (sections.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
         assert 2e-6 - 1e-12 < high - low < 2e-5
@@ -290,5 +290,5 @@ def test_phases_are_rounded_outward_in_words() -> None:
             said = sections.words_on_phases(low, low).split()
             assert Fraction(said[2]) <= Fraction(low) <= Fraction(said[4])
             assert Fraction(said[4]) - Fraction(said[2]) <= Fraction(1, 10**9)
-            again = script.words_on_phases(Interval.of(Fraction(low))).split()
+            again = check_sections.words_on_phases(Interval.of(Fraction(low))).split()
             assert again[1::2] == said[2::2]

@@ -28,8 +28,8 @@ from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval, proven_intervals
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
-from scripts import check_full_shift
 from scripts import check_intervals as script
+from scripts import check_pieces, check_sections
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
@@ -257,7 +257,7 @@ def test_arrays_that_say_more_than_they_prove_are_refused(
 
 def test_a_body_of_two_moments_is_refused() -> None:
     with pytest.raises(Refused, match="A or r is not three numbers"):
-        check_full_shift.problem_of({**GIVEN, "A": GIVEN["A"][:2]})
+        check_sections.problem_of({**GIVEN, "A": GIVEN["A"][:2]})
 
 
 @pytest.mark.slow
@@ -281,7 +281,7 @@ def test_each_interval_is_asked_and_the_page_tells_shares(monkeypatch: pytest.Mo
     for call, k in zip(every.mock_calls, proven, strict=True):
         _, *of, symbols, proof = call.args[0]
         assert (of, symbols) == ([place[k], depth[k]], [x for x in codes[:, k] if x != 255])
-        assert len(check_full_shift.steps_of_sets(proof, 1)[0]) == len(steps[k])
+        assert len(check_pieces.steps_of_sets(proof, 1)[0]) == len(steps[k])
     monkeypatch.setattr(script, "each", lambda *_: itertools.repeat({}))
     monkeypatch.setattr(script, "checked", lambda part: "H3" if part[1] == place[-1] else "")
     with pytest.raises(Fails, match=f"the interval {place[-1]}/2\\^{depth[-1]}: H3"):
