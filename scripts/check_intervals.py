@@ -21,7 +21,6 @@ from typing import Any
 from scripts.check_certificate import (
     FUNCTIONS,
     NONE,
-    RATIO,
     Fails,
     Interval,
     Refused,
@@ -150,7 +149,7 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, Any], list[float], dict[
 
     try:
         with h5py.File(path) as file:
-            bounded(file, RATIO * path.stat().st_size + 2**26)
+            bounded(file, path.stat().st_size)
             config = json.loads(file["config"].asstr()[()])
             proof = whole(file["data/proof"], PROOF)
             found = whole(file["data/intervals"], {"place": 1, "depth": 1, "codes": 2})

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 from scripts.check_certificate import (
-    RATIO,
     Fails,
     Interval,
     Refused,
@@ -59,7 +58,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
 
     try:
         with h5py.File(path) as file:
-            bounded(file, RATIO * path.stat().st_size + 2**26)
+            bounded(file, path.stat().st_size)
             config = json.loads(file["config"].asstr()[()])
             sets, starts = (
                 {k: file[f"data/{group}/{k}"][()] for k in names}

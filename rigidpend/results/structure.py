@@ -28,8 +28,8 @@ from rigidpend.experiments.data import (
 )
 from rigidpend.machine.files import StoreError
 
-DEPTH, OBJECTS, NAME = 8, 20_000, 200
-"""Largest depth of nested groups, number of objects in a file, and length of a name."""
+OBJECTS, NAME = 20_000, 200
+"""Largest number of objects in a file, and length of a name."""
 ATTRIBUTES, ATTRIBUTE = 64, 2**16
 """Largest number of attributes of an object, and bytes of one; HDF5 keeps longer ones elsewhere."""
 MOST_TEXT_BYTES = 4096
@@ -93,8 +93,7 @@ class Checker:
             raise Unfit(f"{place} is a group where an array belongs")
 
     def _group(self, place: str, group: h5g.GroupID, layout: Layout, sizes: dict[str, int]) -> None:
-        if place.count("/") > DEPTH:
-            raise Unfit(f"more than {DEPTH} groups inside each other")
+        # Groups are followed only as deep as the layout is.
         own, further = named(layout), members(layout)
         # Only what the layout names may be in the root; elsewhere the whole file's bound counts.
         found = self._members(place, group, OBJECTS if place else len(own))

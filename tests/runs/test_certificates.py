@@ -6,7 +6,7 @@ import contextlib
 import json
 import re
 import resource
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -234,14 +234,29 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
             assert re.search("too large|steps|coefficients|size allows", said)
 
 
-def test_more_than_its_bytes_can_hold_or_a_prover_takes_is_refused(tmp_path: Path) -> None:
-    most = stored(tmp_path, bomb(1000, 1)).stat().st_size // storage.STEP_BYTES
-    for steps, terms, said in (
-        (1000, 1, rf"1000 steps, .* has {most} at most"),
-        (50, 1000, r"300000 coefficients, .* at most"),
-    ):
-        with pytest.raises(store.StoreError, match=said):
-            storage.read(stored(tmp_path, bomb(steps, terms)))
+@pytest.mark.parametrize("checker", [by_package, by_script])
+def test_more_than_its_bytes_can_hold_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, checker: Callable[[Path], str]
+) -> None:
+    """A step of 128 bytes, and eight bytes of arrays for each of the file."""
+    most = stored(tmp_path, bomb(1000, 1)).stat().st_size / 128
+    for share, refused in ((0.95, False), (1.05, True)):
+        count = round(share * most)
+        said = checker(stored(tmp_path, bomb(count, 1)))
+        assert (f"{count} steps" in said) is refused
+    monkeypatch.setattr(store, "LEAST_BYTES", 0)
+    monkeypatch.setattr(check_certificate, "SPARE", 0)
+    noise = np.random.default_rng(1).integers(256, size=10**6, dtype=np.uint8)
+    for times, refused in ((7.5, False), (8.5, True)):
+        digits = np.zeros(round(times * noise.size), dtype=np.uint8)
+        digits[: noise.size] = noise
+        path = stored(tmp_path, {**bomb(1, 1), "digits": digits})
+        assert ("too large" in checker(path)) is refused
+
+
+def test_more_than_a_prover_takes_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(store.StoreError, match=r"300000 coefficients, .* at most"):
+        storage.read(stored(tmp_path, bomb(50, 1000)))
     with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {ORBIT_STEPS + 1}"):
         storage.unpacked(bomb(ORBIT_STEPS + 1, 1))
 
