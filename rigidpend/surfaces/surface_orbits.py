@@ -164,7 +164,8 @@ def meet(
     # Beside separatrix 2 the orbit crosses with Qp > 0.
     if (state[0] < 0).any():
         return None
-    phase, offset = section_angles(state, *map(a.number, (s.p.alpha0, m.sin(s.p.alpha0))), a)
+    alpha0, sin_alpha0 = a.number(s.p.alpha0), a.number(m.sin(s.p.alpha0))
+    phase, offset = section_angles(state, alpha0, sin_alpha0, a)
     # Next to the phase of the unperturbed motion g is a continuous function of theta2_0.
     behind, turn = lag(s, depth), 2 * a.pi
     unperturbed_phases = [start + behind for start in starts]
