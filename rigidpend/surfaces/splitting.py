@@ -155,6 +155,9 @@ def _twice(
         mean[k] = float((one + other) / 2 / first - (k == 0))
         # `excess` is a difference from 1, which is rounded by this at least.
         error = max(error, CAUTION * (abs(float((one - other) / first)) + 2.0**-s.bits))
+    if math.isinf(error):
+        # An amplitude far below all rounding leaves nothing known in its units.
+        mean = np.full(MOST_HARMONICS, np.nan)
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 
