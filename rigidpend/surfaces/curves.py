@@ -86,8 +86,8 @@ def S1_minus(
     """Orbits on S1-, which leave the lower periodic solution beside separatrix 2, forward in time.
 
     They start near the surface, at theta1 = alpha0 + beta0 and the problem's J1_0. The distance
-    from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin where J1 is J1_0/`ON_SURFACE`,
-    to lie on it, and end with the first point farther than `half_width`, radians. Raises
+    from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin at J1 = J1_0/`ON_SURFACE`, to
+    lie on it, and end with the first point farther than `half_width`, radians. Raises
     ArithmeticError where an orbit's pendulum motion has no S1-.
     """
     _check_hyperbolic(problem, theta2_0)
