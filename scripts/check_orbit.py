@@ -2,7 +2,7 @@
 
     .venv/bin/python -m scripts.check_orbit FILE [--config FIG4.yaml] [-j PROCESSES]
 
-It follows Theorem 7 of docs/full-shift.md with the functions of scripts/check_full_shift.py for C1
+It follows Theorem 7 of docs/full-shift.md with the parts of scripts/check_full_shift.py for C1
 to C6: a line of starts crosses the first set, each set covers the next, and the passages have the
 symbols of the code.
 """
@@ -27,21 +27,10 @@ from scripts.check_certificate import (
     number,
     stated_by,
 )
-from scripts.check_full_shift import (
-    DIGITS,
-    ENERGIES,
-    LINE,
-    PROOF,
-    QUAD,
-    Line,
-    phases,
-    problem_of,
-    prove_link,
-    quads_of,
-    steps_of_sets,
-    whole,
-    words_on_phases,
-)
+from scripts.check_coverings import prove_link
+from scripts.check_pieces import ENERGIES, LINE, PROOF, QUAD, quads_of, steps_of_sets, whole
+from scripts.check_sections import Line, phases, problem_of, words_on_phases
+from scripts.check_series import DIGITS
 
 SETS = 10_000
 """Sets along an orbit at most."""

@@ -20,6 +20,7 @@ from tests.processes import python
 ROOT = Path(__file__).resolve().parents[1]
 
 HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka", "flint"}
+HEAVY |= {"tqdm"}
 
 DO = """
 import json, sys

@@ -242,7 +242,7 @@ def test_more_than_its_bytes_can_hold_is_refused(
     for share, refused in ((0.95, False), (1.05, True)):
         said = checker(stored(tmp_path, bomb(round(share * most), 1)))
         assert (f"{share * most:.0f} steps" in said) is refused
-    monkeypatch.setattr(store, "LEAST", 0)
+    monkeypatch.setattr(store, "LEAST_BYTES", 0)
     monkeypatch.setattr(check_certificate, "SPARE", 0)
     noise = np.random.default_rng(1).integers(256, size=10**6, dtype=np.uint8)
     for times, refused in ((7.5, False), (8.5, True)):
@@ -290,7 +290,7 @@ def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
 def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
     monkeypatch.setattr(codes, "MOST_WORK", 4 * 60**2)
-    monkeypatch.setattr(codes, "BETWEEN", 0.0)
+    monkeypatch.setattr(codes, "LINE_SECONDS", 0.0)
     body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     found = certify_codes(
         body, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append

@@ -202,7 +202,7 @@ def test_many_pieces_go_to_processes_and_come_in_their_order(tmp_path: Path) -> 
     parts.keep("6", lambda: numbered(60))
     [path] = tmp_path.rglob("6.kept")
     path.write_bytes(path.read_bytes()[:100])
-    pieces = [Piece(str(k), numbered, (k,)) for k in range(2 + workers.EACH * 2)]
+    pieces = [Piece(str(k), numbered, (k,)) for k in range(2 + workers.LEAST_PARTS * 2)]
     with pytest.warns(KeptFileWarning):
         found = [tree["x"] for tree in parts.in_order(pieces, 2)]
     assert [x[0] for x in found] == [0, 1, 2, 3, 40, 5, 6, 7, 8, 9]

@@ -27,7 +27,7 @@ from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.symbolic.chain import ANGLES, Chain, carried, tangents
-from rigidpend.routes.symbolic.levels import Level, Mask, Surface, onward, widest_d
+from rigidpend.routes.symbolic.levels import ChainLevel, Mask, Surface, onward, widest_d
 
 ROUNDINGS = 3
 """Number of roundings in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
@@ -137,7 +137,7 @@ class Stretched(NamedTuple):
 
 def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
     """Follow orbits of one body and h0 through n passages, by their theta2_0 (radians) and J1_0."""
-    level, c = orbits.made.at(orbits.energy(theta2_0, J1_0)), orbits.made.coefficients
+    level, c = orbits.return_map.at(orbits.energy(theta2_0, J1_0)), orbits.return_map.coefficients
     begin = orbits.enter(level, theta2_0, J1_0)
     # Outside of the tables d may be so large that no point of the section has the energy.
     first = begin.point._replace(d=np.where(begin.inside, begin.point.d, 0.0))
@@ -152,7 +152,7 @@ def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretche
         np.array([begin.time, *(each.time for each in passed)]) / level.rates(0 * time).rotation
     )
     # At all these energies, which differ by the weight alone, surfaces are split by about as much.
-    split = Level(orbits.made, orbits.problem.h0).splitting
+    split = ChainLevel(orbits.return_map, orbits.problem.h0).splitting
     allowed = rounding(slopes, turned, widest_d(level), split, grown[-1])
     return Stretched(level, c, first, inside, time, codes, grown, allowed)
 

@@ -122,7 +122,7 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
         passage_limit=1e3,
         tolerance=1e-14,
     )
-    k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN)
+    k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN_BITS)
     assert k > 4
     assert reference.growth[k] * 2e-24 < small <= reference.growth[k + 1] * 2e-24
     np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))

@@ -18,7 +18,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.chain import crossing_states
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
-from rigidpend.routes.symbolic.levels import Surface, surface
+from rigidpend.routes.symbolic.levels import Surface, orbits_of
 from rigidpend.routes.symbolic.stretching import (
     Stretched,
     integrated,
@@ -164,7 +164,7 @@ PASSAGES = 5
 
 @pytest.fixture(scope="module")
 def orbits() -> Surface:
-    return surface(RouteProblem(BODY, H, J1_0, PASSAGES))
+    return orbits_of(RouteProblem(BODY, H, J1_0, PASSAGES))
 
 
 def some(count: int) -> tuple[Array, Array]:
@@ -194,7 +194,7 @@ def test_what_shrinks_again_is_rounded_as_what_had_grown() -> None:
 
     By the variational equations of (M, gamma), a Taylor series of degree 34 in 113 bits.
     """
-    orbits = surface(RouteProblem(SHRUNK, exact("1.2"), J1_0, 3))
+    orbits = orbits_of(RouteProblem(SHRUNK, exact("1.2"), J1_0, 3))
     phases, actions = [4.754114033321756, 4.754114], [8.802725145750686e-08, 8.8027e-08]
     seen = stretched(orbits, np.array(phases), np.array(actions), 3)
     off = np.abs(seen.growth[-1] - [4.279500267843436, 4.959372696596074])
@@ -219,7 +219,7 @@ def test_where_the_surfaces_are_split_by_little_the_bound_is_near_the_error(
 ) -> None:
     """By a 2e-6th and a 4e-4th of the layer; the truth is that of `scripts/stated.py`."""
     theta2, J1, n = start
-    orbits = surface(RouteProblem(body, exact(1), J1_0, n))
+    orbits = orbits_of(RouteProblem(body, exact(1), J1_0, n))
     seen = stretched(orbits, np.array([theta2]), np.array([J1]), n)
     assert abs(seen.growth[-1, 0] - grown) < seen.allowed[0] < most
 
