@@ -267,13 +267,6 @@ def test_an_attack_is_a_sentence_or_a_figure(
         assert name in DRAWN
 
 
-def test_pieces_larger_than_what_may_be_read_are_refused(tmp_path: Path) -> None:
-    """The reader would make room for one of them whatever the array itself takes."""
-    path = written(tmp_path, *ATTACKS["huge virtual chunks"])
-    with pytest.raises(store.StoreError, match="is stored in pieces that are too large"):
-        store.load(path)
-
-
 BOMBS = ("bomb", "swollen chunk", "huge shape", "huge virtual chunks")
 
 

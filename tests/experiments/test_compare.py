@@ -74,7 +74,7 @@ def tree() -> dict[str, Any]:
         ("m", (0,), 1.5, "a/m[0]: stored 1, computed 1.5 (may differ by 0.4)"),
         ("f", (0,), 1.75, None),
         ("f", (0,), 2.25, "a/f[0]: stored 1, computed 2.25 (may differ by 1)"),
-        ("p", (1,), 0.0625, None),
+        ("p", (1,), -0.0625, None),
         ("p", (1,), 0.25, "a/p[1]: stored 4, computed 4.25 (may differ by 0.1)"),
         ("c", (0,), 2, "a/c[0]: stored 1, computed 2"),
         ("c", (1,), 3, None),

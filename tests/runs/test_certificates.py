@@ -238,20 +238,18 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
 def test_more_than_its_bytes_can_hold_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, checker: Callable[[Path], str]
 ) -> None:
-    """A step of 128 bytes, and eight bytes of arrays for each of the file."""
     most = stored(tmp_path, bomb(1000, 1)).stat().st_size / 128
     for share, refused in ((0.95, False), (1.05, True)):
-        count = round(share * most)
-        said = checker(stored(tmp_path, bomb(count, 1)))
-        assert (f"{count} steps" in said) is refused
+        said = checker(stored(tmp_path, bomb(round(share * most), 1)))
+        assert (f"{share * most:.0f} steps" in said) is refused
     monkeypatch.setattr(store, "LEAST_BYTES", 0)
     monkeypatch.setattr(check_certificate, "SPARE", 0)
     noise = np.random.default_rng(1).integers(256, size=10**6, dtype=np.uint8)
     for times, refused in ((7.5, False), (8.5, True)):
         digits = np.zeros(round(times * noise.size), dtype=np.uint8)
         digits[: noise.size] = noise
-        path = stored(tmp_path, {**bomb(1, 1), "digits": digits})
-        assert ("too large" in checker(path)) is refused
+        said = checker(stored(tmp_path, {**bomb(1, 1), "digits": digits}))
+        assert ("too large" in said) is refused
 
 
 def test_more_than_a_prover_takes_is_refused(tmp_path: Path) -> None:

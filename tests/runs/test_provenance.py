@@ -239,8 +239,10 @@ def test_the_commit_is_that_of_the_own_source_tree(
         done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=True)
         return done.stdout.strip()
 
+    (tmp_path / "file").touch()
     git("init", "-q")
-    git("commit", "-q", "--allow-empty", "-m", "another's")
+    git("add", "file")
+    git("commit", "-q", "-m", "another's")
     other = git("rev-parse", "--short=12", "HEAD")
     own = provenance.commit_here()
     monkeypatch.setenv("GIT_DIR", str(tmp_path / ".git"))
@@ -251,5 +253,10 @@ def test_the_commit_is_that_of_the_own_source_tree(
     # Installed into a folder of somebody's repository, it has no commit of its own.
     inner = tmp_path / "lib" / "site-packages" / "rigidpend"
     inner.mkdir(parents=True)
-    monkeypatch.setattr(code_hash, "PACKAGE", inner)
-    assert other not in provenance.commit_here()
+    monkeypatch.setattr(provenance, "PACKAGE", inner)
+    assert provenance.commit_here() == "unknown"
+    # In a checkout of its own it has, with a mark once a file is changed.
+    monkeypatch.setattr(provenance, "PACKAGE", tmp_path / "lib")
+    assert provenance.commit_here() == other
+    (tmp_path / "file").write_text("changed")
+    assert provenance.commit_here() == f"{other}+"

@@ -126,11 +126,10 @@ def test_the_error_told_holds_against_more_steps(
 @pytest.mark.slow
 def test_the_error_told_holds_where_steps_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
     right = increments(GENERIC, H0, ARITHMETIC).gained
+    monkeypatch.setattr(heteroclinic, "STEPS", 8)
     monkeypatch.setattr(heteroclinic, "TURN", 0)
-    for steps in (5, 8, 10):
-        monkeypatch.setattr(heteroclinic, "STEPS", steps)
-        found = increments(GENERIC, H0, ARITHMETIC)
-        assert 1e-11 < np.abs(found.gained - right).max() < found.error.max()
+    found = increments(GENERIC, H0, ARITHMETIC)
+    assert 1e-11 < np.abs(found.gained - right).max() < found.error.max()
 
 
 def test_theta3_is_followed_by_the_engine_that_is_asked_for(

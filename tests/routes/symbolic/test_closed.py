@@ -202,38 +202,24 @@ def test_what_shrinks_again_is_rounded_as_what_had_grown() -> None:
     assert (seen.allowed < 1e-7).all()
 
 
+THIN = Body((1, "0.548", "0.556"), ("0.355", "0.935", 0), "0.0106")
+LESS_THIN = Body((1, "0.647", "0.679"), ("0.491", "0.871", 0), "8.2e-5")
+
+
 @pytest.mark.parametrize(
-    ("A", "r", "mu", "start", "grown", "most"),
+    ("body", "start", "grown", "most"),
     [
-        # Roundings of the derivatives themselves, which act across the surfaces, are the largest.
-        (
-            (1, "0.548", "0.556"),
-            ("0.355", "0.935", 0),
-            "0.0106",
-            (5.201631831312892, 2.392218609764373e-09, 4),
-            20.157101117394234,
-            0.1,
-        ),
-        # Roundings of the angles through which passages turn are.
-        (
-            (1, "0.647", "0.679"),
-            ("0.491", "0.871", 0),
-            "8.2e-5",
-            (4.82, 1e-8, 2),
-            16.754351688647613,
-            1e-8,
-        ),
+        # The largest roundings are those of the derivatives, and those of the angles of passages.
+        (THIN, (5.201631831312892, 2.392218609764373e-09, 4), 20.157101117394234, 0.1),
+        (LESS_THIN, (4.82, 1e-8, 2), 16.754351688647613, 1e-8),
     ],
 )
 def test_where_the_surfaces_are_split_by_little_the_bound_is_near_the_error(
-    A: Any, r: Any, mu: str, start: Any, grown: float, most: float
+    body: Body, start: Any, grown: float, most: float
 ) -> None:
-    """By a 2e-6th and a 4e-4th of the layer: a bound across it would be 5e7 and 60 times this.
-
-    The truth are orbits 2^-70 beside, in 212 bits, as in `scripts/stated.py`.
-    """
+    """By a 2e-6th and a 4e-4th of the layer; the truth is that of `scripts/stated.py`."""
     theta2, J1, n = start
-    orbits = orbits_of(RouteProblem(Body(A, r, mu), exact(1), J1_0, n))
+    orbits = orbits_of(RouteProblem(body, exact(1), J1_0, n))
     seen = stretched(orbits, np.array([theta2]), np.array([J1]), n)
     assert abs(seen.growth[-1, 0] - grown) < seen.allowed[0] < most
 
