@@ -363,7 +363,8 @@ def of_multipliers(random: Any, count: int) -> Shares:
             continue
         truth, period = multiplier(one, H0, family)
         rest = 1 - float(one.mu)
-        off = abs(float(abs(found.exponent_per_period) - truth)) * 2.0**46
+        steep = math.sin(one.alpha0)
+        off = abs(float(abs(found.exponent_per_period) - truth)) * 2.0**45 * steep
         yield rest * max(off, abs(float(found.period / period - 1)) * 2.0**48)
 
 

@@ -81,12 +81,12 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     The energy h0 is kappa J2_0^2/2, where J2_0 is J2 at r . gamma = 0. In family 1, at J1 = 0,
     orbits leave along epsilon = 1 and approach along -1; in family 2, at J1 = J2, conversely.
 
-    The error of the multiplier's logarithm is below 2^-46 h0/(h0 - mu), the relative error of the
-    period below 2^-48 h0/(h0 - mu): mu is rounded, and near h0 the motion almost rests at its
-    highest point. Random bodies, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of each
-    bound. If two moments differ by a part d < 0.01 of A1, the error of the logarithm may be 0.01/d
-    times as large; the worst of 410 such random bodies, with d from 1e-2 down to 1e-6, reached half
-    of that.
+    The error of the multiplier's logarithm is below 2^-45 h0/((h0 - mu) sin(alpha0)), the relative
+    error of the period below 2^-48 h0/(h0 - mu): mu and alpha0 are rounded, and near h0 the motion
+    almost rests at its highest point. Random bodies, with h0 - mu from 0.9 h0 down to 1e-7 h0 and
+    A2 down to 0.003 A1, reach half of each bound. If two moments differ by a part d < 0.01 of A1,
+    the error of the logarithm may be 0.01/d times as large; the worst of 410 such random bodies,
+    with d from 1e-2 down to 1e-6, reached a quarter of that.
 
     NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if `MOST_STEPS`
     don't settle theta1: then h0 - mu is so small, the motion so nearly parabolic, or the body so

@@ -156,6 +156,15 @@ def test_order_of_rounding_beside_a_symmetric_body(mu: str, h0: float) -> None:
     assert rest * float(abs(found.period * math.sqrt(h0) / period - 1)) < 2.0**-48
 
 
+def test_order_of_rounding_beside_alpha0_of_pi() -> None:
+    """With a small moment about axis 2 errors grow as 1/sin(alpha0)."""
+    r, mu = ("0.737517", "0.675323", 0), "0.50657085"
+    body = Body((1, "0.1025361364", "0.9498314523"), r, mu)
+    truth, _ = multiplier(body, exact(1), 1)
+    off = abs(float(abs(periodic_orbit(body.angles(), 1.0).exponent_per_period) - truth))
+    assert 1 < off * 2.0**45 * (1 - float(body.mu)) < 1 / math.sin(body.alpha0)
+
+
 def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="epsilon is 1 or -1"):
         periodic_orbit(FIG4, 1.0, 1, 2)

@@ -121,9 +121,9 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
 
 
 CAPTION = (
-    "The gain of theta3 along a separatrix is close to the first order (tri1), in each of the"
-    " regimes of (trieq): the filled marks lie in the open ones. What the first order leaves out"
-    " falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
+    "The gain of theta3 along a separatrix (filled marks) is close to the first order (tri1) (open"
+    " marks), which has the order of (trieq), if the weight is small. What the first order leaves"
+    " out falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
 )
 
 
