@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from rigidpend import experiments
 from rigidpend.config.catalogue import RESULTS, resolve
 from rigidpend.config.complaints import Origin
-from rigidpend.machine.wording import Table, columns, html
+from rigidpend.machine.wording import Table, columns
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
@@ -129,7 +129,10 @@ class TheoryTable(tuple["Row", ...]):
         return "\n".join(columns([row[:3] for row in self], 100))
 
     def _repr_html_(self) -> str:
-        return str(html(Table("", ("name", "value", "meaning"), [row[:3] for row in self])))
+        from rigidpend.render import report
+
+        table = Table("", ("name", "value", "meaning"), [row[:3] for row in self])
+        return report.filled("table.html", table=table)
 
 
 def load(source: Path | str) -> StoredResult:
@@ -196,7 +199,7 @@ def run(
     """
     from rigidpend.config import overrides
     from rigidpend.machine import workers
-    from rigidpend.machine.progress import shown
+    from rigidpend.machine.progress import Progress
     from rigidpend.runs import loading, runner
 
     pairs = checked.of_kind("settings", {} if settings is None else settings, Mapping)
@@ -224,7 +227,7 @@ def run(
     if planned.reason:
         jobs = workers.cores() if jobs is None else jobs
         expected = {config.name: cost} if (cost := runner.expected_seconds(planned)) else {}
-        with shown(1, expected) as display:
+        with Progress(1, expected, patient=True) as display:
             hear = partial(display.hear, config.name)
             say = hear if progress is None else lambda x: progress(f"{config.name}: {x}")
             runner.follow(planned, jobs, say)

@@ -34,8 +34,8 @@ FINE = 96
 """Binary digits of M3, Q and their slopes on a part."""
 BITS, TERMS, STEPS, ORBITS, SYMBOLS = 4096, 4096, 20_000, 2000, 100_000
 """Limits: bits and terms of a step, steps of an orbit, orbits, and symbols of an orbit."""
-EACH, RATIO = 128, 8
-"""Least bytes of the file for each step, and most bytes of arrays for each byte of the file."""
+EACH, RATIO, SPARE = 128, 8, 2**26
+"""Least bytes of the file for each step; most bytes of arrays for each of the file, and further."""
 NONE = 255
 """The code of a symbol of which nothing is claimed."""
 
@@ -700,7 +700,7 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     length = path.stat().st_size
     try:
         with h5py.File(path) as file:
-            bounded(file, RATIO * length + 2**26)
+            bounded(file, length)
             config = json.loads(file["config"].asstr()[()])
             arrays = {name: _fields(group, name) for name, group in file["data"].items()}
     except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
@@ -713,11 +713,11 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     return config, arrays
 
 
-def bounded(file: Any, left: int) -> None:
-    """Refuse arrays in other files, and arrays of more than `left` bytes, before any is read."""
+def bounded(file: Any, length: int) -> None:
+    """Refuse arrays in other files, and too many bytes for the file's own, before any is read."""
     import h5py
 
-    waiting = [("", file)]
+    waiting, left = [("", file)], RATIO * length + SPARE
     while waiting:
         place, group = waiting.pop()
         for name in group:

@@ -3,7 +3,7 @@
     .venv/bin/python -m scripts.check_intervals FILE [--config FIG4_INTERVALS.yaml] [-j PROCESSES]
 
 It follows Theorem 9 of docs/full-shift.md in Python's integers and fractions, with the series of
-scripts/check_full_shift.py: H1 to H5 of docs/certified.md for families of orbits. The shares of
+scripts/check_series.py: H1 to H5 of docs/certified.md for families of orbits. The shares of
 the line are counted anew from the intervals.
 """
 
@@ -21,7 +21,6 @@ from typing import Any
 from scripts.check_certificate import (
     FUNCTIONS,
     NONE,
-    RATIO,
     Fails,
     Interval,
     Refused,
@@ -35,19 +34,11 @@ from scripts.check_certificate import (
     stated_by,
     symbol,
 )
-from scripts.check_full_shift import (
-    DIGITS,
-    PROOF,
-    Problem,
-    Series,
-    Step,
-    around_all,
-    problem_of,
-    steps_of_sets,
-    tube,
-    whole,
-)
 from scripts.check_orbit import each
+from scripts.check_passages import tube
+from scripts.check_pieces import PROOF, steps_of_sets, whole
+from scripts.check_sections import Problem, Step, problem_of
+from scripts.check_series import DIGITS, Series, around
 
 INTERVALS, SYMBOLS, DEPTH = 20_000, 8, 64
 """Intervals, symbols and halvings at most."""
@@ -104,7 +95,7 @@ def signs(p: Problem, step: Step, bound: Fraction) -> Iterator[int]:
         if sides:
             yield sides[0]
             continue
-        box = [around_all(x[k], e) for x, e in zip(parts, apart, strict=True)]
+        box = [around(x[k], e) for x, e in zip(parts, apart, strict=True)]
         rate = p.field(box)[2]
         if rate.low <= 0 <= rate.high:
             raise Fails("H5: neither the sign of M3 nor that of its rate is told on a part")
@@ -158,7 +149,7 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, Any], list[float], dict[
 
     try:
         with h5py.File(path) as file:
-            bounded(file, RATIO * path.stat().st_size + 2**26)
+            bounded(file, path.stat().st_size)
             config = json.loads(file["config"].asstr()[()])
             proof = whole(file["data/proof"], PROOF)
             found = whole(file["data/intervals"], {"place": 1, "depth": 1, "codes": 2})

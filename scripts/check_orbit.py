@@ -2,7 +2,7 @@
 
     .venv/bin/python -m scripts.check_orbit FILE [--config FIG4.yaml] [-j PROCESSES]
 
-It follows Theorem 7 of docs/full-shift.md with the functions of scripts/check_full_shift.py for C1
+It follows Theorem 7 of docs/full-shift.md with the parts of scripts/check_full_shift.py for C1
 to C6: a line of starts crosses the first set, each set covers the next, and the passages have the
 symbols of the code.
 """
@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 from scripts.check_certificate import (
-    RATIO,
     Fails,
     Interval,
     Refused,
@@ -28,21 +27,10 @@ from scripts.check_certificate import (
     number,
     stated_by,
 )
-from scripts.check_full_shift import (
-    DIGITS,
-    ENERGIES,
-    LINE,
-    PROOF,
-    QUAD,
-    Line,
-    phases,
-    problem_of,
-    prove_link,
-    quads_of,
-    steps_of_sets,
-    whole,
-    words_on_phases,
-)
+from scripts.check_coverings import prove_link
+from scripts.check_pieces import ENERGIES, LINE, PROOF, QUAD, quads_of, steps_of_sets, whole
+from scripts.check_sections import Line, phases, problem_of, words_on_phases
+from scripts.check_series import DIGITS
 
 SETS = 10_000
 """Sets along an orbit at most."""
@@ -70,7 +58,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
 
     try:
         with h5py.File(path) as file:
-            bounded(file, RATIO * path.stat().st_size + 2**26)
+            bounded(file, path.stat().st_size)
             config = json.loads(file["config"].asstr()[()])
             sets, starts = (
                 {k: file[f"data/{group}/{k}"][()] for k in names}

@@ -107,7 +107,7 @@ def shortest(data: Data) -> Table:
     if DEFAULT in standings and peers:
         own = METHODS[DEFAULT].label, seconds(standings[DEFAULT].seconds)
         rows.append(
-            (reading.FIG4, *own, *_of(peers[0].method, peers[0].seconds, peers[0].ratio[0]))
+            (reading.FIG4_TITLE, *own, *_of(peers[0].method, peers[0].seconds, peers[0].ratio[0]))
         )
     vouching = [name for name in found if METHODS[name].certain and METHODS[name].peer]
     for call, key in reading.CALLS.items() if vouching else ():

@@ -40,8 +40,7 @@ from rigidpend.routes.symbolic import sharp as sharp_module
 from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit, passages
 from rigidpend.routes.symbolic.closed import actions, closed, closing, words
-from rigidpend.routes.symbolic.levels import Level
-from rigidpend.routes.symbolic.levels import surface as orbits_of
+from rigidpend.routes.symbolic.levels import ChainLevel, orbits_of
 from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.surfaces import heteroclinic, splitting
 from rigidpend.surfaces.surface_orbits import (
@@ -242,7 +241,7 @@ def _closed(random: Any, count: int, bits: int = 113) -> Iterator[Any]:
     for _ in range(count):
         one = body(random, -3.5, -2)
         try:
-            orbit = closed(Level.of(one, H0), known[random.integers(len(known))])
+            orbit = closed(ChainLevel.of(one, H0), known[random.integers(len(known))])
             yield orbit, closing(orbit, bits)
         except (MapError, NoOrbit):
             continue
@@ -275,7 +274,7 @@ def of_found(random: Any, count: int) -> Shares:
 
 def of_asymptotic(random: Any, count: int) -> Shares:
     """A unit of the 30th digit of a doubly asymptotic orbit's theta2_0."""
-    level = Level.of(FIG4, "1.3342")
+    level = ChainLevel.of(FIG4, "1.3342")
     rough = [one for one, _ in skeleton(level, 2, 9) if len(one.b)]
     told = [_sharp(level, one) for one in rough]
     finer: dict[str, Any] = {
@@ -296,7 +295,7 @@ def of_asymptotic(random: Any, count: int) -> Shares:
     yield from [x / 1e-29 for x in off][:count]
 
 
-def _sharp(level: Level, rough: Any) -> list[Fraction]:
+def _sharp(level: ChainLevel, rough: Any) -> list[Fraction]:
     orbits = doubly_asymptotic(level, rough)
     return sharp_module.sharp(sharp_module.Launch(level, exact("1e-8")), orbits).theta2_0
 
@@ -337,7 +336,7 @@ def of_alpha(random: Any, count: int) -> Shares:
 
 def of_actions(random: Any, count: int) -> Shares:
     """Actions of some of the words of the config, by what two results may differ."""
-    level, allowed = Level.of(FIG4, H4), ORBITS["action"].within
+    level, allowed = ChainLevel.of(FIG4, H4), ORBITS["action"].within
     assert isinstance(allowed, float)
     known = list(words(8))
     for k in random.choice(len(known), count, replace=False):

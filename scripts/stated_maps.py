@@ -16,11 +16,12 @@ import numpy as np
 from rigidpend.experiments.bench.problems import drawn
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST
-from rigidpend.orbits.return_map.charts import Looked, invariants, section_chart
+from rigidpend.orbits.return_map.charts import invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.orbits.return_map.tables import Looked
 from rigidpend.routes.problem import RouteProblem
 
 BITS = 64

@@ -165,8 +165,8 @@ LIMITS: dict[str, tuple[Callable[[int], Any], int, int]] = {
 def test_an_argument_is_accepted_up_to_its_limits_and_not_beyond(
     call: Callable[[int], Any], least: int, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(storage, "kept", reached)
-    monkeypatch.setattr(find, "surface", reached)
+    monkeypatch.setattr(storage, "kept_map", reached)
+    monkeypatch.setattr(find, "orbits_of", reached)
     monkeypatch.setattr(codes, "side_by_side", reached)
     monkeypatch.setattr(levels, "return_map", reached)
     monkeypatch.setattr(follow, "route_codes", reached)

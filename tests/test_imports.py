@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import configparser
 import json
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 import rigidpend
 from docs import floors
+from rigidpend import experiments
 from rigidpend.cli import COMMANDS
 from scripts import readme_tables
 from tests.config.samples import SMALL, changed, written
@@ -17,6 +20,7 @@ from tests.processes import python
 ROOT = Path(__file__).resolve().parents[1]
 
 HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka", "flint"}
+HEAVY |= {"tqdm"}
 
 DO = """
 import json, sys
@@ -110,6 +114,22 @@ def test_no_plugin_of_another_package_is_loaded_to_check_a_config(tmp_path: Path
     done = python(tmp_path, "-m", "rigidpend", "run", path.name, "-n")
     assert "would compute" in done.stderr, done.stderr
     assert "intruded" not in done.stdout
+
+
+def test_each_contract_is_of_modules_that_there_are_and_of_all_experiments() -> None:
+    """import-linter takes a pattern without a module, or a foreign one that is none, for kept."""
+    read = configparser.ConfigParser()
+    read.read(ROOT / ".importlinter")
+    contracts = {name.rpartition(":")[2]: read[name] for name in read.sections()}
+    for contract in contracts.values():
+        for key in ("modules", "source_modules", "forbidden_modules"):
+            for name in contract.get(key, "").split():
+                place = name.replace(".", "/").replace("**", "*")
+                there = [*ROOT.glob(place), *ROOT.glob(f"{place}.py")]
+                assert there or ("*" not in name and find_spec(name)), name
+    every = {f"rigidpend.experiments.{name}" for name in experiments.names()}
+    assert set(contracts["experiments"]["modules"].split()) == every
+    assert set(contracts["drawing"]["source_modules"].split()) > every
 
 
 def test_the_floors_are_the_folders_and_stand_in_the_docstring_and_in_the_guide() -> None:

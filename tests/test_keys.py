@@ -16,7 +16,7 @@ from rigidpend.config import catalogue
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.return_map import return_map, storage
-from rigidpend.orbits.return_map.build import SECOND, WHOLE
+from rigidpend.orbits.return_map.build import SECOND, WITH_THETA3
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4
 
@@ -58,7 +58,7 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
     def key(A: Any, r: Any, mu: Any, code: str, **given: Any) -> bytes:
         monkeypatch.setattr(storage, "package_digest", lambda: code)
         asked = {name: given.pop(name) for name in task}
-        return storage.followed(Body(A, r, mu), **asked, design=WHOLE._replace(**given))
+        return storage.map_key(Body(A, r, mu), **asked, design=WITH_THETA3._replace(**given))
 
     assert_complete(
         key,
@@ -70,7 +70,7 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
         high=(H, exact("1.3343")),
         bits=(53, 64),
         table=(64, 53),
-        **dict(zip(WHOLE._fields, zip(WHOLE, SECOND, strict=True), strict=True)),
+        **dict(zip(WITH_THETA3._fields, zip(WITH_THETA3, SECOND, strict=True), strict=True)),
     )
 
 

@@ -101,8 +101,14 @@ def test_a_module_is_mirrored_by_a_file_and_a_drawing_by_its_picture() -> None:
     mutant = mutations.mutants(CERTAINTY)[0]
     [own_file] = mutants.own(mutant)
     assert own_file == "tests/routes/test_certainty.py"
-    [of_folder] = mutants.own(mutant._replace(path="rigidpend/experiments/splitting/compute.py"))
+    inner = mutant._replace(path="rigidpend/experiments/splitting/compute.py")
+    [of_folder] = mutants.own(inner)
     assert of_folder == "tests/experiments/test_splitting.py"
+    # A folder without tests of its own has those above.
+    rest = mutants.around(inner, [of_folder])
+    assert (of_folder in rest, "tests/experiments/test_results.py" in rest) == (False, True)
+    rest = mutants.around(mutant._replace(path="rigidpend/notebook.py"), [])
+    assert {"tests/test_keys.py", "tests/cli/test_run.py"} < {*rest} - {*mutants.OF_TEXT} == {*rest}
     [picture] = mutants.own(mutant._replace(path="rigidpend/experiments/stress/draw.py"))
     assert picture.endswith("::test_a_figure_is_that_of_the_gallery[stress]")
     rest = mutants.around(mutant, [own_file])

@@ -24,7 +24,7 @@ DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 
 In this order: done or up to date; failed or different; wrong usage or config; something needed is
 absent; an internal error."""
-MOST = 200
+LONGEST = 200
 """Largest number of characters of a word, such as a path, that a message shows."""
 OWED = "rigidpend.owed"
 """Key in a command's context for a document of ``--json`` that is still to be printed."""
@@ -101,7 +101,7 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         lacking = wording.library(error)
         return f"{lacking} cannot be loaded ({wording.short(error)}): install it anew"
     if isinstance(error, OSError):
-        named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
+        named = f"{str(error.filename)[:LONGEST]}: " if error.filename else ""
         return f"{named}{error.strerror or error}"
     if code != INTERNAL:
         if getattr(error, "file", None) is None:
@@ -119,8 +119,8 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
 
 
 def brief(said: str) -> str:
-    """A message, with the middle of words of more than `MOST` characters left out."""
-    return re.sub(rf"\S{{{MOST + 1},}}", lambda word: f"{word[0][:60]}...{word[0][-60:]}", said)
+    """A message, with the middle of words of more than `LONGEST` characters left out."""
+    return re.sub(rf"\S{{{LONGEST + 1},}}", lambda word: f"{word[0][:60]}...{word[0][-60:]}", said)
 
 
 def configs_of(names: Sequence[str], folder: Path, name: str | None) -> list[Path]:

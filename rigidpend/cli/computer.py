@@ -121,12 +121,12 @@ def _libraries() -> Iterator[Finding]:
 
     for name in (*provenance.LIBRARIES, "matplotlib"):
         version = provenance.version(name)
-        lacking = version == provenance.ABSENT
+        lacking = version == provenance.MISSING
         yield Finding(name, version, AGAIN if lacking else "", lacking)
     for name, (extra, cost) in EXTRAS.items():
         version = provenance.version(name)
         mend = f"{cost}; python -m pip install 'rigidpend[{extra}]'"
-        yield Finding(name, version, mend if version == provenance.ABSENT else "")
+        yield Finding(name, version, mend if version == provenance.MISSING else "")
 
 
 def _folders(results: Path) -> Iterator[Finding]:

@@ -69,8 +69,7 @@ def stress_command(
       rigidpend stress --quick
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
-    from rigidpend.experiments.stress import FAILED as REFUTED
-    from rigidpend.experiments.stress import draw
+    from rigidpend.experiments.stress import REFUTED, draw
 
     result = measured("stress", quick, settings, folder, force=force, jobs=jobs)
     _tell(result, [*draw.claims_tables(result), *draw.tables(result)], as_json)

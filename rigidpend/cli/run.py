@@ -113,9 +113,7 @@ def run_command(
     for x, each in named:
         runs.plan(each, folder_of(x, folder), force)
     at_once, expected = runs.at_once(len(paths)), runs.expected
-    shown = Progress(
-        len(runs.waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
-    )
+    shown = Progress(len(runs.waiting), expected, at_once, quiet=quiet, verbose=verbose)
     try:
         with shown:
             shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
@@ -260,7 +258,7 @@ class Runs:
             workers.apart(runner.follow, (planned, jobs), hear)
         except BaseException:
             # The process may have been ended while it was writing.
-            files.sweep(planned.target, least=0.0)
+            files.sweep(planned.target, least_age=0.0)
             raise
 
     def _failed(

@@ -13,7 +13,7 @@ import click
 from rigidpend.cli.common import ABSENT, DONE, FAILED, print_json, say
 from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_names
 from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
-from rigidpend.machine import progress
+from rigidpend.machine.progress import Progress
 
 
 @click.command("verify")
@@ -65,7 +65,7 @@ def verify_command(
     paths = resolve(names or ("all",))
     folders = [reference] if reference else references()
     found = []
-    with progress.shown(len(paths)) as display:
+    with Progress(len(paths), patient=True) as display:
         for path in paths:
             check_stop()
             hear = partial(display.hear, path.stem)

@@ -109,18 +109,18 @@ class WeightedBodies(Part):
 
     @model_validator(mode="after")
     def _energy(self) -> Self:
-        from rigidpend.routes.problem import LEAST, ProblemError, check_energy
+        from rigidpend.routes.problem import LEAST_MU, ProblemError, check_energy
 
         check_energy("h0", self.h0, self.mu[-1])
-        if not (self.mu[0] / self.h0).at(53) > LEAST:
-            message = f"mu = {self.mu[0]} is below {LEAST} h0, too small for doubles"
+        if not (self.mu[0] / self.h0).at(53) > LEAST_MU:
+            message = f"mu = {self.mu[0]} is below {LEAST_MU} h0, too small for doubles"
             raise ProblemError("mu", message)
         return self
 
 
-MOST = 100_000
+MOST_CELLS = 100_000
 """Largest number of cells along an axis."""
-ENDS = Field(ge=2, le=MOST)
+ENDS = Field(ge=2, le=MOST_CELLS)
 Range: TypeAlias = tuple[Number, Number]
 
 

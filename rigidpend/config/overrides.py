@@ -18,7 +18,7 @@ from rigidpend.numbers.expressions import named
 
 INDEXED = re.compile(r"\[(\w+)\]")
 """An index in brackets, as other languages write it."""
-MOST = 1000
+MOST_RESULTS = 1000
 """Most results of one sweep."""
 LONGEST = 150
 """Largest number of characters of a name, which leaves room for suffixes of files."""
@@ -112,9 +112,9 @@ def variants(sweeps: Sequence[Sweep]) -> dict[str, list[tuple[str, Origin]]]:
     if len(set(keys)) < len(keys):
         raise ConfigError.of(origin, f"a key is swept twice: {', '.join(keys)}")
     # One more than allowed shows that there are too many, before all are made.
-    every = list(itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1))
-    if len(every) > MOST:
-        raise ConfigError.of(origin, f"more than {MOST} combinations")
+    every = list(itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST_RESULTS + 1))
+    if len(every) > MOST_RESULTS:
+        raise ConfigError.of(origin, f"more than {MOST_RESULTS} combinations")
     found: dict[str, list[tuple[str, Origin]]] = {}
     folded: dict[str, list[tuple[str, Origin]]] = {}
     for values in every:

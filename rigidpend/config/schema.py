@@ -41,7 +41,7 @@ from rigidpend.config.complaints import meant
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact, exacts
+from rigidpend.numbers.exact import FINEST_BITS, PRECISIONS, Exact, exact, exacts
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
@@ -50,7 +50,7 @@ ENGINES = ("auto", "taylor", "scipy")
 """Words for an engine in a config."""
 WRITTEN = "as written"
 """Context of a dump with numbers and words as a person writes them."""
-LARGEST = 10**15
+LARGEST_NUMBER = 10**15
 """Largest magnitude of whole numbers and phases, so that doubles still distinguish neighbours."""
 
 
@@ -68,7 +68,7 @@ def _whole(value: Any) -> int:
     number = _number(value).fraction
     if number is None or number.denominator != 1:
         raise ValueError(f"{value} is not a whole number")
-    if abs(number) > LARGEST:
+    if abs(number) > LARGEST_NUMBER:
         raise ValueError(f"{value} is too large")
     return int(number)
 
@@ -203,10 +203,10 @@ class PhaseGrid(Part):
     def _range(self) -> Self:
         first, _, whole, _ = _reaches(self.start, self.step, self.count)
         for field, reach in (("start", first), ("step", whole)):
-            if not reach < LARGEST:
-                message = f"phases beyond {LARGEST:.0e} cannot be resolved in doubles"
+            if not reach < LARGEST_NUMBER:
+                message = f"phases beyond {LARGEST_NUMBER:.0e} cannot be resolved in doubles"
                 raise ParameterError(field, message)
-        self.apart(FINEST)
+        self.apart(FINEST_BITS)
         return self
 
     def apart(self, bits: int) -> None:

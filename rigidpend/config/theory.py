@@ -71,7 +71,11 @@ def _first_order(p: Angles, h0: float, J2_0: float) -> Iterator[Row]:
 
 def _zeros(problem: RouteProblem) -> Iterator[Row]:
     yield number_row("J1_0", "initial action, dimensionless", problem.J1_0)
-    meaning = "rad, theta2_0 on separatrix 2, where the first symbol changes, to O(mu)"
+    missed = melnikov.missed(problem)
+    changes = f"where the first symbol changes, to O(mu) and {missed:.1g}"
+    if missed >= 1:
+        changes = "which say little of the first symbol: J1_0 is not small enough"
+    meaning = f"rad, theta2_0 on separatrix 2, {changes}"
     yield number_row("Melnikov zeros", meaning, *melnikov.zeros(problem))
 
 

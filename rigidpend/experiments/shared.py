@@ -23,7 +23,7 @@ SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
 
 AT_FIRST, AT_SECOND, GROWTH = 1e-12, 1e-8, 3.5
 """Allowed difference of the times of crossings 1 and 2, t', and its growth per later crossing."""
-APART = 0.02
+TIME_GAP = 0.02
 """Largest allowed difference of the times of certain crossings, t'.
 
 Each of two results may err by a hundredth, far less than the radian of the phase that changes a
@@ -38,11 +38,11 @@ def crossing_tolerance(crossings: int, growth: float = GROWTH) -> Array:
     Between scalar and batched, full and compact builds the largest difference of 4,000 random
     phases (body of Fig. 4) was 4e-15 at the first crossing, 2e-11 at the second, and then grew
     by 3.4 a crossing, to 5e-4 at the sixteenth; DOP853 is ten times as far off. The bound ends at
-    `APART`, since certain symbols exclude more.
+    `TIME_GAP`, since certain symbols exclude more.
     """
     # In logarithms, because the power of a thousand crossings overflows.
     exponent = np.log(AT_SECOND) + np.log(growth) * np.arange(crossings - 1.0)
-    grown = np.minimum(np.exp(np.minimum(exponent, 0.0)), APART)
+    grown = np.minimum(np.exp(np.minimum(exponent, 0.0)), TIME_GAP)
     return np.concatenate(([AT_FIRST], grown))[:, None]
 
 

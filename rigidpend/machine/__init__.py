@@ -8,7 +8,7 @@ workers     parallel threads and processes
 progress    progress of long work and the time left, on stderr
 code_hash   hash of the code that a module runs, sixteen digits
 signals     signal handling (SIGTERM, SIGINT)
-wording     texts made fit for a message; tables for a terminal, in Markdown or HTML
+wording     texts made fit for a message; tables for a terminal or in Markdown
 """
 
 import atexit

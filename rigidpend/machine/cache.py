@@ -121,10 +121,10 @@ def load(within: Path, of: bytes) -> bytes | None:
     return content
 
 
-def save(within: Path, of: bytes, content: bytes, most: int) -> None:
+def save(within: Path, of: bytes, content: bytes, most_bytes: int) -> None:
     """Store a content in a subfolder; a failure is reported once.
 
-    At most `most` bytes stay in the subfolder: the files used longest ago are removed.
+    At most `most_bytes` bytes stay in the subfolder: the files used longest ago are removed.
     """
     try:
         save_file(within / name_of(of), of, content)
@@ -132,7 +132,7 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
         found = [_looked_up(path) for path in within.iterdir() if path.name[0] != "."]
         total = sum(size for _, size, _ in found)
         for _, size, path in sorted(found):
-            if total > most:
+            if total > most_bytes:
                 path.unlink(missing_ok=True)
                 total -= size
     except OSError as error:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from rigidpend.machine import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
-KEPT = 100_000
+MOST_BYTES = 100_000
 """Bytes of all hashes in the cache, of which each takes some 300."""
 
 
@@ -34,7 +34,7 @@ def code_hash_of(*files: Path) -> str:
     found = cache.load(kept, of)
     if found is None:
         found = digest(json.dumps(sorted(needed(files).items()))).encode()
-        cache.save(kept, of, found, KEPT)
+        cache.save(kept, of, found, MOST_BYTES)
     return found.decode()
 
 

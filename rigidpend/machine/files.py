@@ -22,7 +22,7 @@ CERTIFICATE = ".certificate"
 SEAL = b"\nrigidpend sha256 "
 """Mark between the content of a file and its digest."""
 SEAL_LENGTH = len(SEAL) + 64 + 1
-LARGEST = 2**31
+MOST_BYTES = 2**31
 """Largest number of bytes of a file that is read, and of its arrays."""
 DAY = 86_400.0
 """Seconds without a change after which a file or folder counts as left behind."""
@@ -52,14 +52,14 @@ def afford(field: str, count: int, size: int, what: str) -> None:
     `field` is the parameter that asks for them, `what` describes them with their number.
     Raises ParameterError.
     """
-    held, most = (x / 1e9 for x in (count * size, LARGEST))
+    held, most = (x / 1e9 for x in (count * size, MOST_BYTES))
     if held > most:
         message = f"{what} make a result of about {held:.3g} GB, and {most:.3g} GB is the most"
         raise ParameterError(field, message)
 
 
 def content(path: Path, *, links: bool = True) -> bytes:
-    """Read a regular file of at most `LARGEST` bytes.
+    """Read a regular file of at most `MOST_BYTES` bytes.
 
     Never blocks. OSError as :func:`open`, with ELOOP for a link unless `links`; ValueError for a
     pipe, a device or a folder, and for a file that is too large.
@@ -72,16 +72,16 @@ def content(path: Path, *, links: bool = True) -> bytes:
         _check_regular(os.fstat(handle))
         # No more than the size and a byte is requested, which is what a limit on memory counts.
         found = file.read(os.fstat(handle).st_size + 1)
-    if len(found) > LARGEST:
-        raise ValueError(f"more than {LARGEST} bytes")
+    if len(found) > MOST_BYTES:
+        raise ValueError(f"more than {MOST_BYTES} bytes")
     return found
 
 
 def _check_regular(found: os.stat_result) -> None:
     if not stat.S_ISREG(found.st_mode):
         raise ValueError("not a regular file")
-    if found.st_size > LARGEST:
-        raise ValueError(f"{found.st_size} bytes, more than {LARGEST}")
+    if found.st_size > MOST_BYTES:
+        raise ValueError(f"{found.st_size} bytes, more than {MOST_BYTES}")
 
 
 def prepare(path: Path, otherwise: str = "choose another folder with --out") -> None:
@@ -157,22 +157,22 @@ def twin(path: Path) -> str:
     return "" if path.name in alike else next(iter(alike), "")
 
 
-def sweep(path: Path, least: float = DAY) -> None:
-    """Remove leftovers of killed writers of a file, if they are at least `least` seconds old."""
+def sweep(path: Path, least_age: float = DAY) -> None:
+    """Remove leftovers of killed writers of a file, if at least `least_age` seconds old."""
     for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
-        if is_left(left, least):
+        if is_left(left, least_age):
             with contextlib.suppress(OSError):
                 os.unlink(left)
 
 
-def is_left(path: Path, least: float = DAY) -> bool:
-    """True if a file or folder (no link or pipe) has not changed for `least` seconds."""
+def is_left(path: Path, least_age: float = DAY) -> bool:
+    """True if a file or folder (no link or pipe) has not changed for `least_age` seconds."""
     try:
         found = path.lstat()
     except OSError:
         return False
     ours = stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)
-    return ours and time.time() - found.st_mtime >= least
+    return ours and time.time() - found.st_mtime >= least_age
 
 
 def sealed(content: bytes) -> bytes:

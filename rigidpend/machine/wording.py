@@ -1,4 +1,4 @@
-"""Wording: texts from files and errors made fit for messages; tables of text in three forms."""
+"""Wording: texts from files and errors made fit for messages; tables of text."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, Self
 
-MOST = 200
+MOST_CHARACTERS = 200
 """Largest number of characters of a text in a message."""
 
 
-def short(said: object, most: int = MOST) -> str:
+def short(said: object, most_characters: int = MOST_CHARACTERS) -> str:
     """The first line of a text, clipped, with ? for characters that could move a cursor."""
-    return plain(next(iter(str(said).splitlines()), "").expandtabs(1), most)
+    return plain(next(iter(str(said).splitlines()), "").expandtabs(1), most_characters)
 
 
-def plain(text: str, most: int) -> str:
+def plain(text: str, most_characters: int) -> str:
     """A text, clipped, with ? for unprintable characters except tabs."""
-    clipped = text if len(text) <= most else f"{text[: most - 3]}..."
+    clipped = text if len(text) <= most_characters else f"{text[: most_characters - 3]}..."
     return "".join(x if x.isprintable() or x == "\t" else "?" for x in clipped)
 
 
@@ -144,23 +144,6 @@ def markdown(table: Table) -> Iterator[str]:
         # A bar inside a cell would end the cell.
         yield f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in cells)} |"
     yield from ("", table.note) if table.note else ()
-
-
-def html(table: Table) -> str:
-    """Write a table in HTML, everything escaped."""
-    from markupsafe import Markup
-
-    # Every cell is escaped, because names and notes come from configs and files.
-    head = Markup("").join(Markup('<th scope="col">{}</th>').format(x) for x in table.header)
-    body = Markup("\n").join(
-        Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(x) for x in row))
-        for row in table.rows
-    )
-    note = Markup('<p class="note">{}</p>').format(table.note) if table.note else Markup("")
-    return Markup(
-        '<div class="sheet">\n<table>\n<caption>{}</caption>\n<thead><tr>{}</tr></thead>\n'
-        "<tbody>\n{}\n</tbody>\n</table>\n{}\n</div>"
-    ).format(table.caption, head, body, note)
 
 
 def seconds(value: float) -> str:

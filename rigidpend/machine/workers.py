@@ -21,10 +21,10 @@ from rigidpend.machine.wording import say_warnings
 Result = TypeVar("Result")
 
 
-PERIOD = 0.1
+CHECK_PERIOD = 0.1
 """Seconds between two checks for a stop while waiting."""
 
-EACH = 4
+LEAST_PARTS = 4
 """Parts for each process from which processes pay; to start them takes a third of a second."""
 
 SILENCE = 5.0
@@ -144,7 +144,7 @@ def side_by_side(
 
 def worth_processes(parts: int, jobs: int) -> bool:
     """True if there are enough parts for processes, each with one thread, to be worthwhile."""
-    return jobs > 1 and parts >= EACH * jobs
+    return jobs > 1 and parts >= LEAST_PARTS * jobs
 
 
 def ahead(
@@ -261,7 +261,7 @@ def _done(work: Callable[..., Result], *given: Any) -> Result:
 
 def _result(future: Future[Result], meanwhile: Callable[[], object] = lambda: None) -> Result:
     """Wait for a result, unless a stop is asked for."""
-    while wait([future], PERIOD).not_done:
+    while wait([future], CHECK_PERIOD).not_done:
         check_stop()
         meanwhile()
     meanwhile()

@@ -29,7 +29,7 @@ from rigidpend.numbers.generic import Array
 
 STAGES = 10
 """Number of Gauss points in a step: the method is of order 20."""
-FEWEST, MOST = 32, 1 << 9
+FEWEST_STEPS, MOST_STEPS = 32, 1 << 9
 """Number of steps of a period, at first and at most."""
 SETTLED = 1e-11
 """Change of theta1 under halved steps, radians, below which the finer steps are taken.
@@ -88,7 +88,7 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     times as large; the worst of 410 such random bodies, with d from 1e-2 down to 1e-6, reached half
     of that.
 
-    NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if `MOST` steps
+    NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if `MOST_STEPS`
     don't settle theta1: then h0 - mu is so small, the motion so nearly parabolic, or the body so
     nearly symmetric, that rounding decides. ValueError is raised for an epsilon other than 1 or -1.
     """
@@ -96,8 +96,8 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
     # The reversal that exchanges the families also exchanges leaving and approaching.
     leaving = pendulum.side_of(family) * epsilon == 1
-    n, coarse = FEWEST, None
-    while n <= MOST:
+    n, coarse = FEWEST_STEPS, None
+    while n <= MOST_STEPS:
         tau, steps = _steps(p, float(h0), family, n)
         theta1, growth = _direction(steps, leaving, p, epsilon)
         # Every second start of the fine steps is a start of the coarse ones.
@@ -107,7 +107,7 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
             return PeriodicOrbit(family, epsilon, tau, theta1[:-1], period, growth / period, turns)
         n, coarse = 2 * n, theta1
     raise ArithmeticError(
-        f"{MOST} steps don't settle the periodic orbit at h0 = {h0}, mu = {p.mu}, "
+        f"{MOST_STEPS} steps don't settle the periodic orbit at h0 = {h0}, mu = {p.mu}, "
         f"alpha0 = {p.alpha0}, beta0 = {p.beta0}, kappa = {p.kappa}"
     )
 

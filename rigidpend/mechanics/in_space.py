@@ -72,14 +72,23 @@ def increments(p: Angles, h0: float) -> NDArray[np.float64]:
     return np.array([first, second, -first, -second])
 
 
-def plateaus(separatrices: ArrayLike, p: Angles, h0: float) -> NDArray[np.float64]:
+def plateaus(
+    separatrices: ArrayLike, p: Angles, h0: float, J1_0: float = 0.0, J2mJ1_0: float = 1.0
+) -> NDArray[np.float64]:
     """Plateaus of theta3 near the periodic orbits that a route passes, to first order in mu.
 
     `separatrices` are k numbers 1 to 4 in the order of the route. The plateaus are k + 1 angles,
-    radians, of which the first is 0.
+    radians. theta3 is 0 where the route starts, on separatrix 2 at the actions J1_0 and J2_0 -
+    J1_0; only their quotient counts. From J1_0 = 0 the first plateau is 0.
     """
-    gained = increments(p, h0)[np.asarray(separatrices, dtype=int) - 1]
-    return np.concatenate(([0.0], np.cumsum(gained)))
+    along = increments(p, h0)
+    # By (th3) and (sol_2) theta3 gains this share of the increment between J1 = 0 and the start. A
+    # start above J1 = J2/2 has the plateau at J1 = J2 as its first, and the rest lies between them.
+    share = 2 / np.pi * np.arctan2(np.sqrt(J1_0), np.sqrt(J2mJ1_0))
+    rest = 2 / np.pi * np.arctan2(np.sqrt(J2mJ1_0), np.sqrt(J1_0))
+    first = along[1] * (rest if J2mJ1_0 < J1_0 else -share) + 0.0
+    gained = along[np.asarray(separatrices, dtype=int) - 1]
+    return np.concatenate(([first], first + np.cumsum(gained)))
 
 
 def turning_rate(M: Numbers, r: Numbers, mu: Scalar) -> Any:

@@ -12,10 +12,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from rigidpend.numbers.exact import FINEST, Exact, ExactError, exact
+from rigidpend.numbers.exact import FINEST_BITS, Exact, ExactError, exact
 from rigidpend.numbers.expressions import named
 
-GAP = 11
+GAP_BITS = 11
 """Least number of bits between two precisions.
 
 Their errors then differ by a factor of some two thousand. Without such a difference the agreement
@@ -95,17 +95,17 @@ def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
         ladder = tuple(map(operator.index, values))
     except TypeError:
         ladder = ()
-    if not ladder or not 53 <= min(ladder) <= max(ladder) <= FINEST:
-        message = f"precisions must be whole numbers of bits from 53 to {FINEST}"
+    if not ladder or not 53 <= min(ladder) <= max(ladder) <= FINEST_BITS:
+        message = f"precisions must be whole numbers of bits from 53 to {FINEST_BITS}"
         raise error("precisions", f"{message}, got {named(values)}")
     for low, high in pairwise(ladder):
         if high <= low:
             raise error("precisions", f"precisions must ascend, got {named(values)}")
-        if high - low < GAP:
+        if high - low < GAP_BITS:
             raise error(
                 "precisions",
                 f"precisions {low} and {high} are too close: computations that differ by fewer"
-                f" than {GAP} bits err too much alike for their agreement to tell enough; take"
-                f" {low + GAP} or more after {low}",
+                f" than {GAP_BITS} bits err too much alike for their agreement to tell enough; take"
+                f" {low + GAP_BITS} or more after {low}",
             )
     return ladder

@@ -30,7 +30,7 @@ GUARD_BITS = 32
 """Bits beyond those asked for, which absorb the rounding of intermediate results."""
 MOST_BITS = 10_000
 """Largest number of bits, guard bits included: what cancels to so many bits counts as zero."""
-FINEST = 9_000
+FINEST_BITS = 9_000
 """Bits of the highest working precision, which leaves guard bits up to `MOST_BITS`."""
 MAX_SIZE = 40_000
 """Largest number of bits in the numerator or the denominator of a rational number."""

@@ -7,5 +7,5 @@ return_map  from section to section, without integration, by a normal form and t
 records     records of arrays with a column for each orbit: to select, join or replace columns
 """
 
-UNITS = "1", "1.37", "0.61"
+M_UNITS = "1", "1.37", "0.61"
 """Units of M of independent computations of an orbit, so that no two share their roundings."""

@@ -170,6 +170,12 @@ def picture(png: bytes) -> str:
 
 def html(sections: Sequence[ResultSection]) -> str:
     """Write the whole page as HTML."""
+    style = (HERE / "page.css").read_text(encoding="utf-8")
+    return filled("page.html", sections=sections, departures=DEPARTURES, style=style)
+
+
+def filled(template: str, **values: Any) -> str:
+    """Fill in a template of this folder, everything escaped: names and notes come from files."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -180,10 +186,7 @@ def html(sections: Sequence[ResultSection]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["sheet"] = wording.html
-    style = (HERE / "page.css").read_text(encoding="utf-8")
-    template = environment.get_template("page.html")
-    return template.render(sections=sections, departures=DEPARTURES, style=style)
+    return environment.get_template(template).render(values)
 
 
 DEPARTURES = Table(

@@ -33,7 +33,7 @@ ALLOWANCE, RATE = 5, 2**19
 One second was too few for a tracer that counts lines on a slow machine: sound files were refused.
 A small object takes some 500 bytes in a file, and 0.17 ms until its structure is checked: 0.18 s
 for `RATE` bytes."""
-EACH = 4e-3
+OBJECT_SECONDS = 4e-3
 """Further seconds for each object, after the structure is found sound.
 
 An object takes some 0.5 ms: 0.7 s for the 1446 objects of a stored `stress`. Tracers, and slow or
@@ -71,10 +71,10 @@ def _said_length(content: bytes) -> int:
     return int.from_bytes(content[first + 2 * width : first + 3 * width], "little")
 
 
-def tried(read: Callable[[], Any], length: int, most: int) -> None:
+def tried(read: Callable[[], Any], length: int, memory: int) -> None:
     """Call a function in another process, which ends if it takes too much time or memory.
 
-    The function reads a file of `length` bytes and may need `most` bytes; a StoreError in it is
+    The function reads a file of `length` bytes and may need `memory` bytes; a StoreError in it is
     ignored, because this process will raise it too. ValueError, with the reason, if it crashed,
     exceeded its bounds or failed otherwise. On systems without fork nothing is tried.
     """
@@ -86,7 +86,7 @@ def tried(read: Callable[[], Any], length: int, most: int) -> None:
     child = os.fork()
     # The child never runs further code of the parent: `_try` does not return.
     if child == 0:
-        _try(read, into, seconds(length), most + ROOM)
+        _try(read, into, seconds(length), memory + ROOM)
     os.close(into)
     try:
         said = _heard(out)
@@ -144,7 +144,7 @@ def grant(objects: int) -> None:
 
     with contextlib.suppress(OSError, ValueError):
         soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (soft + int(EACH * objects), hard))
+        resource.setrlimit(resource.RLIMIT_CPU, (soft + int(OBJECT_SECONDS * objects), hard))
 
 
 def _bound(seconds: int, memory: int) -> None:

@@ -53,7 +53,7 @@ Outline: TypeAlias = dict[str, dict[str, Any]]
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
 """Mark of a result file, and the version of the format that this program reads."""
-LEAST, RATIO = 2**26, 100
+LEAST_BYTES, MOST_RATIO = 2**26, 100
 """Bytes that the arrays of any file may have, and further bytes for each byte of the file.
 
 Files of this package have at most some 60 bytes for each, which happens if no orbit returns."""
@@ -168,7 +168,7 @@ class OtherVersion(StoreError):
 
 @contextmanager
 def opened(
-    path: Path, *, whole: bool = False, layout: Layout | None = None, ratio: int = RATIO
+    path: Path, *, whole: bool = False, layout: Layout | None = None, ratio: int = MOST_RATIO
 ) -> Iterator[h5py.File]:
     """A result file, open for reading, with its structure checked.
 
@@ -178,7 +178,7 @@ def opened(
     """
     with readable(path):
         image = intact(files.content(path))
-        most = min(files.LARGEST, max(LEAST, ratio * len(image)))
+        most = min(files.MOST_BYTES, max(LEAST_BYTES, ratio * len(image)))
 
         def checked(file: h5py.File) -> int:
             return _check(path, file, most, layout)
@@ -221,7 +221,7 @@ def _look(node: Any, whole: bool) -> None:
         node[()]
 
 
-def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int:
+def _check(path: Path, file: h5py.File, most_bytes: int, layout: Layout | None) -> int:
     """Check the root attributes of a file, then its structure; return the number of its objects."""
     root = h5g.open(file.id, b"/")
     structure.attributes("/", root)
@@ -239,12 +239,12 @@ def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int
     if layout is None and "experiment" not in given:
         raise Unfit("it does not name its experiment")
     try:
-        return Checker(most).file(root, layout or experiments.layout(given["experiment"]))
+        return Checker(most_bytes).file(root, layout or experiments.layout(given["experiment"]))
     except experiments.UnknownExperiment as error:
         raise Unfit(str(error)) from None
 
 
-def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
+def load(path: Path, layout: Layout | None = None, *, ratio: int = MOST_RATIO) -> Loaded:
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
 
     Layout, ratio and errors are those of :func:`opened`; StoreError also if a checksum shows that
@@ -255,7 +255,7 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
 
 
 def load_outlined(
-    path: Path, layout: Layout | None = None, *, ratio: int = RATIO
+    path: Path, layout: Layout | None = None, *, ratio: int = MOST_RATIO
 ) -> tuple[Loaded, Outline]:
     """A file as :func:`load` returns it, and its :func:`outline`."""
     with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):

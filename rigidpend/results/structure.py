@@ -28,11 +28,11 @@ from rigidpend.experiments.data import (
 )
 from rigidpend.machine.files import StoreError
 
-DEPTH, OBJECTS, NAME = 8, 20_000, 200
-"""Largest depth of nested groups, number of objects in a file, and length of a name."""
+OBJECTS, NAME = 20_000, 200
+"""Largest number of objects in a file, and length of a name."""
 ATTRIBUTES, ATTRIBUTE = 64, 2**16
 """Largest number of attributes of an object, and bytes of one; HDF5 keeps longer ones elsewhere."""
-WIDEST = 4096
+MOST_TEXT_BYTES = 4096
 """Largest number of bytes of a text in an array of texts."""
 WHERE = (h5d.COMPACT, h5d.CONTIGUOUS, h5d.CHUNKED)
 """Ways of storage whose bytes lie in the file itself, unlike external and virtual ones."""
@@ -69,10 +69,10 @@ class Unfit(StoreError):
 
 
 class Checker:
-    """The check of one file, whose arrays may have at most `most` bytes together."""
+    """The check of one file, whose arrays may have at most `most_bytes` bytes together."""
 
-    def __init__(self, most: int) -> None:
-        self._left, self._objects = most, OBJECTS
+    def __init__(self, most_bytes: int) -> None:
+        self._left, self._objects = most_bytes, OBJECTS
 
     def file(self, root: h5g.GroupID, layout: Layout) -> int:
         """Check a whole file against a layout; return the number of its objects, or raise Unfit."""
@@ -93,8 +93,7 @@ class Checker:
             raise Unfit(f"{place} is a group where an array belongs")
 
     def _group(self, place: str, group: h5g.GroupID, layout: Layout, sizes: dict[str, int]) -> None:
-        if place.count("/") > DEPTH:
-            raise Unfit(f"more than {DEPTH} groups inside each other")
+        # Groups are followed only as deep as the layout is.
         own, further = named(layout), members(layout)
         # Only what the layout names may be in the root; elsewhere the whole file's bound counts.
         found = self._members(place, group, OBJECTS if place else len(own))
@@ -113,13 +112,13 @@ class Checker:
                 # A copy of the sizes: a dimension first met in a member has its size only there.
                 self._visit(f"{inside}{name}", found[name], further[1], dict(sizes))
 
-    def _members(self, place: str, group: h5g.GroupID, most: int) -> dict[str, Any]:
+    def _members(self, place: str, group: h5g.GroupID, most_members: int) -> dict[str, Any]:
         """The objects of a group by name: hard links only, and none too many."""
         attributes(place or "/", group)
         count = group.get_num_objs()
         # Counted before any of them is opened.
         self._objects -= count
-        if count > most or self._objects < 0:
+        if count > most_members or self._objects < 0:
             raise Unfit(f"{place or '/'} has {count} members, too many")
         found = {}
         for raw in group:
@@ -194,7 +193,7 @@ def told(attrs: Mapping[str, Any]) -> dict[str, Any]:
 def kind(datatype: h5t.TypeID, shape: tuple[int, ...]) -> str:
     """Kind of the elements of an array, as layouts name it; empty for any other."""
     if isinstance(datatype, h5t.TypeStringID):
-        short = not datatype.is_variable_str() and datatype.get_size() <= WIDEST
+        short = not datatype.is_variable_str() and datatype.get_size() <= MOST_TEXT_BYTES
         return TEXT if shape == () or short else ""
     return next((name for name, known in TYPES if datatype.equal(known)), "")
 

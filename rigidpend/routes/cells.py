@@ -102,11 +102,12 @@ def cells_of_starts(
     of threads.
     """
     if J1_0 is None:
-        return _cells(choice.decide(Run(problem, Phases(theta2_0), arithmetic, jobs, of=orbits)))
+        run = Run(problem, Phases(theta2_0), arithmetic, jobs, task_orbits=orbits)
+        return _cells(choice.decide(run))
     least, largest = ends or (float(J1_0.min()), float(J1_0.max()))
     # `Starts` asks for a problem with the largest J1_0 and one with the least.
     lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
-    run = Run(common, Phases(theta2_0), arithmetic, jobs, Starts(J1_0, lowest), of=orbits)
+    run = Run(common, Phases(theta2_0), arithmetic, jobs, Starts(J1_0, lowest), task_orbits=orbits)
     return _cells(choice.decide(run))
 
 
@@ -156,7 +157,7 @@ def _of_bodies(
         problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
         # One limit for all orbits of the body: that of the orbit which waits longest.
         patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
-        run = Run(patient, Phases(theta2_0), arithmetic, each=problems)
+        run = Run(patient, Phases(theta2_0), arithmetic, problems=problems)
         found.append(_cells(choice.decide(run, "integration")))
     return found
 

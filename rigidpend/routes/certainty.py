@@ -3,12 +3,12 @@
 A symbol changes when the error of the phase reaches about 1 radian. Two computations hide such
 an error only if both err alike. An orbit has one deviation that grows; computations in units that
 share no rounding err by different multiples of it, so that two with errors of a radian agree to
-d radians with a chance of about d. This gives three limits: two computations of equal precision
-must agree to `CLOSE`, three of equal precision to `AGREEMENT`, and two of different precision to
-`LINEAR`, because their errors differ two thousandfold at least; where these differ by less the
-limit is smaller in proportion. Each rule is wrong about once in a million orbits among those that
-err by a radian at all. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 does so in double
-precision; of longer codes more do.
+d radians with a chance of about d. This gives three limits: `LIMIT_OF_TWO` and `LIMIT_OF_THREE`
+computations of equal precision, and `LIMIT_OF_UNEQUAL` for two of different precision, because
+their errors differ two thousandfold at least; where these differ by less the limit is smaller in
+proportion. Each rule is wrong about once in a million orbits among those that err by a radian at
+all. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 does so in double precision; of longer
+codes more do.
 
 Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
 and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
@@ -34,24 +34,24 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.numbers.checked import GAP
-from rigidpend.orbits import UNITS
+from rigidpend.numbers.checked import GAP_BITS
+from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.records import columns as columns_of
 from rigidpend.orbits.records import joined, put
 from rigidpend.routes.start import Scales
 
-FIRST, SECOND, THIRD = (
-    Scales(unit, vertical) for unit, vertical in zip(UNITS, ("1", "0.73", "1.43"), strict=True)
+FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = (
+    Scales(unit, vertical) for unit, vertical in zip(M_UNITS, ("1", "0.73", "1.43"), strict=True)
 )
 """The scales of the first, second and third computation in a precision."""
 
-CLOSE = 1e-6
+LIMIT_OF_TWO = 1e-6
 """Phase difference, in radians, up to which two computations of equal precision suffice."""
-AGREEMENT = 1e-3
+LIMIT_OF_THREE = 1e-3
 """Phase difference, in radians, up to which three computations of equal precision suffice."""
-LINEAR = 1e-2
-"""Phase difference, in radians, up to which two computations suffice that are `GAP` bits apart.
+LIMIT_OF_UNEQUAL = 1e-2
+"""Phase difference, in radians, up to which two computations suffice that are `GAP_BITS` apart.
 
 For every bit less between them the limit is halved. Of 16,631 orbits of one body, followed by maps
 of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
@@ -85,7 +85,7 @@ Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 """Computation of some columns in a precision (bits) and scales."""
 Third: TypeAlias = Callable[[Columns], Crossings]
 """Third computation of some columns in a precision."""
-Most: TypeAlias = Callable[[int], int]
+MostComputations: TypeAlias = Callable[[int], int]
 """Largest number of computations in a precision (bits)."""
 Work: TypeAlias = Callable[[Columns], Decided]
 """Decision of some columns in a precision."""
@@ -127,14 +127,14 @@ def decide(
     rate: float,
     precisions: tuple[int, ...],
     share: Share = undivided,
-    most: Most = lambda _: 3,
+    most_computations: MostComputations = lambda _: 3,
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
     Every column is computed twice in the first precision, and a third time where the two differ by
-    more than `CLOSE` but agree to `AGREEMENT` for a further symbol. Columns that are still
-    uncertain are computed once in the next precision and compared with the last result; where the
-    two differ, up to two further computations follow.
+    more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. Columns that are
+    still uncertain are computed once in the next precision and compared with the last result; where
+    the two differ, up to two further computations follow.
 
     Parameters
     ----------
@@ -150,23 +150,23 @@ def decide(
         ``share(work, columns, bits)`` divides the columns into pieces, lets `work` decide each in
         that precision, and returns a list of the columns of each piece with what was decided. By
         default all columns are one piece.
-    most : callable, optional
-        ``most(bits)`` is the largest number of computations in a precision, from 1 to 3; in the
-        first precision at least 2.
+    most_computations : callable, optional
+        ``most_computations(bits)`` in a precision, 1 to 3; in the first one at least 2.
     """
     least = precisions[0]
 
     def settle(columns: Columns) -> Decided:
         """Decide some columns in the first precision."""
-        first, second = (compute(least, scales, columns) for scales in (FIRST, SECOND))
-        third = functools.partial(compute, least, THIRD) if most(least) > 2 else None
+        first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
+        count = most_computations(least)
+        third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
         certain = _established(first, second, rate, third, columns)
         return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))
 
     pieces = share(settle, np.arange(n), least)
     # The pieces come back in the order of the columns, so that joining them is enough.
     found = joined([piece for _, piece in pieces])
-    climb(compute, found, rate, precisions[1:], most, share)
+    climb(compute, found, rate, precisions[1:], most_computations, share)
     return found
 
 
@@ -175,7 +175,7 @@ def climb(
     found: Decided,
     rate: float,
     precisions: tuple[int, ...],
-    most: Most = lambda _: 3,
+    most_computations: MostComputations = lambda _: 3,
     share: Share = undivided,
 ) -> None:
     """Decide the open columns in ascending higher precisions; `found` is changed in place.
@@ -187,34 +187,34 @@ def climb(
         left = np.flatnonzero(~found.certain.all(axis=0))
         if not left.size:
             break
-        further = functools.partial(_further, compute, found, rate, bits, most(bits))
+        further = functools.partial(_further, compute, found, rate, bits, most_computations(bits))
         for columns, piece in share(further, left, bits):
             put(found, columns, piece)
 
 
 def _further(
-    compute: Compute, found: Decided, rate: float, bits: int, most: int, columns: Columns
+    compute: Compute, found: Decided, rate: float, bits: int, count: int, columns: Columns
 ) -> Decided:
     """Decide some columns in a precision, starting from what is known of them.
 
     The first computation is compared with the last one in a lower precision. Where these differ, a
-    second one is compared with the first, and a third one with both, if `most` allows so many.
+    second one is compared with the first, and a third one with both, if `count` allows it.
     """
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
-    for scales in (FIRST, SECOND)[:most]:
+    for scales in (FIRST_SCALES, SECOND_SCALES)[:count]:
         open_ = np.flatnonzero(~known.certain.all(axis=0))
         if not open_.size:
             break
         # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
-        if scales == FIRST:
-            # Signed integers: bits are stored unsigned, and a difference less GAP may be negative.
+        if scales == FIRST_SCALES:
+            # Signed integers: bits are unsigned, and a difference less GAP_BITS may be negative.
             more = bits - known.bits[open_].astype(int)
-            limits = LINEAR * np.exp2(np.minimum(0, more - GAP))
+            limits = LIMIT_OF_UNEQUAL * np.exp2(np.minimum(0, more - GAP_BITS))
             certain = agreement(before, sharper, rate, limits)
         else:
-            third = functools.partial(compute, bits, THIRD) if most > 2 else None
+            third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
             certain = _established(before, sharper, rate, third, columns[open_])
         decided = np.full(open_.size, bits, dtype=np.uint16)
         put(known, open_, Decided(sharper, certain, decided))
@@ -228,19 +228,19 @@ def _established(
 
     The third computation is made only for columns in which it can establish a further symbol.
     """
-    found = agreement(a, b, rate, CLOSE)
+    found = agreement(a, b, rate, LIMIT_OF_TWO)
     if third is None:
         return found
     # The last symbol is certain only if all are.
     left = np.flatnonzero(~found[-1])
-    near = agreement(columns_of(a, left), columns_of(b, left), rate, AGREEMENT)
-    # All three pairs must agree to AGREEMENT, and this is the first pair.
+    near = agreement(columns_of(a, left), columns_of(b, left), rate, LIMIT_OF_THREE)
+    # All three pairs must agree to LIMIT_OF_THREE, and this is the first pair.
     some = (near & ~found[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:
         c = third(columns[doubtful])
         for each in (a, b):
             # The third must agree with both.
-            near &= agreement(columns_of(each, doubtful), c, rate, AGREEMENT)
+            near &= agreement(columns_of(each, doubtful), c, rate, LIMIT_OF_THREE)
         found[:, doubtful] |= near
     return found

@@ -70,14 +70,14 @@ def expected_seconds(
     return orbits * costs.integration(problem, precisions)
 
 
-def decide(run: Run, method: str = "auto", *, kept: bool = False) -> Followed:
+def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Followed:
     """Decide all orbits of a run, by maps where these are expected to take less time.
 
     Parameters
     ----------
     run : Run
     method : {"auto", "map", "integration"}, optional
-    kept : bool, optional
+    use_kept : bool, optional
         Whether a problem that is asked for often may use what earlier calls left: few orbits the
         maps that are kept, many orbits the sample of an earlier call. Stored results are computed
         without this, so that they depend on no cache.
@@ -99,14 +99,14 @@ def decide(run: Run, method: str = "auto", *, kept: bool = False) -> Followed:
     # Of few orbits integration is so cheap that only maps that exist already may be faster.
     few = method == "auto" and not costs.at_stake(run.problem, run.orbits, ladder)
     likely, sampled = not few, True
-    if kept and method == "auto" and ladder[0] == 53:
+    if use_kept and method == "auto" and ladder[0] == 53:
         likely, sampled = _counted(run, few)
     if run.orbits and (method == "map" or (method == "auto" and likely)):
         from rigidpend.orbits.return_map import MapError
         from rigidpend.routes.mapped import Maps
 
         try:
-            maps = Maps(run, least_time=method == "auto" and not few, kept=few)
+            maps = Maps(run, least_time=method == "auto" and not few, only_kept=few)
             return by_maps(maps, sampled=sampled)
         except certainty.Contradiction:
             # The count is forgotten, so that the next call takes a sample again. Without one it
@@ -172,7 +172,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
     def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
         return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
 
-    known = certainty.decide(compute, n, rate, within, share, most=maps.most)
+    known = certainty.decide(compute, n, rate, within, share, maps.most_computations)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = run.beyond(maps.most_bits)
     if open_.size and beyond:
@@ -183,8 +183,8 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
         climbing = handed_over(maps, run.crossings, known, beyond)
         # One computation in each precision but the last: one in the next precision settles more
         # orbits than a second one in the same.
-        last = beyond[-1]
-        certainty.climb(climbing, known, rate, beyond, lambda x: run.most(x) if x == last else 1)
+        last, most = beyond[-1], run.most_computations
+        certainty.climb(climbing, known, rate, beyond, lambda x: most(x) if x == last else 1)
     if sampled:
         # Most of the sample is integrated in doubles alone, which decide at least the first symbols
         # of every orbit; more bits take long. A part of a plane has its share of the sample.
@@ -192,7 +192,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
         samples = (size, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
         # Few orbits that take kept maps have the second, smaller sample alone. So has a part of
         # a plane whose first sample would be so small that the second one contains it.
-        for here, ladder in samples[maps.kept or size <= LEAST_SAMPLE :]:
+        for here, ladder in samples[maps.only_kept or size <= LEAST_SAMPLE :]:
             wrong = contradicted(known, run.crossings, rate, ladder, here)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))

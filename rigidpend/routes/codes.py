@@ -135,7 +135,7 @@ def route_codes(
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
     jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
-    return codes_of(problem, theta2_0, arithmetic, jobs, method, kept=True)
+    return codes_of(problem, theta2_0, arithmetic, jobs, method, use_kept=True)
 
 
 def codes_of(
@@ -145,19 +145,17 @@ def codes_of(
     jobs: int = 1,
     method: str = "auto",
     *,
-    kept: bool = False,
-    of: int | None = None,
+    use_kept: bool = False,
+    task_orbits: int | None = None,
 ) -> RouteCodes:
     """The binary route codes of the orbits of a checked problem: see :func:`route_codes`.
 
-    `kept` lets few orbits use maps that were built before; stored results are computed without it,
-    so that they depend on no cache. `of` is the number of orbits in the whole task, if these are a
-    part of it.
+    `use_kept` is as in `choice.decide`, and `task_orbits` as in `Run`.
     """
     phases = Phases(theta2_0)
     problem.afford(len(phases))
-    run = Run(problem, phases, arithmetic, jobs, of=of)
-    return routes_of(phases, choice.decide(run, method, kept=kept))
+    run = Run(problem, phases, arithmetic, jobs, task_orbits=task_orbits)
+    return routes_of(phases, choice.decide(run, method, use_kept=use_kept))
 
 
 def routes_of(phases: Phases, found: Followed) -> RouteCodes:

@@ -14,10 +14,10 @@ import warnings
 from collections.abc import Sequence
 
 from rigidpend.machine.wording import seconds
-from rigidpend.numbers.checked import GAP
+from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
-from rigidpend.routes.certainty import AGREEMENT
+from rigidpend.routes.certainty import LIMIT_OF_THREE
 from rigidpend.routes.problem import (
     RouteProblem,
     closeness,
@@ -44,7 +44,7 @@ SHARPER, SHARPEST = 64, 82
 The larger number is used where passages are deep (see `DEEP`)."""
 CLOSEST = 8
 """Least difference, in bits, of two precisions with one computation each that decide together."""
-FINER = {SHARPER: (GAP, CLOSEST), SHARPEST: (CLOSEST,)}
+FINER = {SHARPER: (GAP_BITS, CLOSEST), SHARPEST: (CLOSEST,)}
 """Bits by which the second map is sharper than the first; the largest number that pays is taken.
 
 The two then differ by the error of the first, and one computation by each settles nearly as much as
@@ -88,7 +88,7 @@ STAKE = 2
 """Largest ratio of the time for tables to the time that they are expected to save in this call.
 
 Tables are kept, so that further calls with the same body have them at no cost."""
-LEAST = 1.0
+LEAST_SECONDS = 1.0
 """Least time of integration, seconds, for which the costs of maps are estimated at all.
 
 The estimate takes some 0.05 s with a new body. With that of Fig. 4 5,000 orbits of 15 symbols take
@@ -160,7 +160,7 @@ def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> f
     farther off the surfaces than these are split, phases do not become random in each passage:
     errors add up, and shear the phases ever more. Where they are so far off that motions are
     regular, all errors are alike, but for the deviation `EVEN`, and an orbit is open where its
-    error reaches `AGREEMENT`.
+    error reaches `LIMIT_OF_THREE`.
     """
     nu, n, close = problem.body.angles().nu, problem.n_symbols, closeness(problem)
     # exp(close - narrowness) is the splitting over the distance of the start, one at most: the
@@ -172,7 +172,7 @@ def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> f
         grown = max(grown, 2 * math.log(n * whisker_growth(nu)))
     if coupled < REGULAR:
         # The sum of 1 to n is half of the square of n.
-        grown, spread = grown - math.log(2 * AGREEMENT), EVEN
+        grown, spread = grown - math.log(2 * LIMIT_OF_THREE), EVEN
     nats = displaced * close + grown
     return math.erfc((bits * math.log(2) - nats) / (math.sqrt(2) * spread)) / 2
 
@@ -184,7 +184,7 @@ def beyond_maps(problem: RouteProblem) -> float:
 
 def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> bool:
     """True if integration begins in doubles and would take so long that maps may pay."""
-    return precisions[0] == 53 and orbits * integration(problem, precisions) >= LEAST
+    return precisions[0] == 53 and orbits * integration(problem, precisions) >= LEAST_SECONDS
 
 
 def fits(bits: int, precisions: Sequence[int]) -> bool:
@@ -200,17 +200,27 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     return *((bits, second) for bits in least for second in further[bits]), (53, 53)
 
 
+def built_bits(map_bits: tuple[int, int]) -> tuple[int, int, int]:
+    """Bits of which the first, second and third map are built, for computations of `map_bits`.
+
+    Where passages are deep the first map is built as sharp as the second: its own computation
+    leaves terms out, but orbits that are handed over to it get all of them.
+    """
+    first, second = map_bits
+    return (max(map_bits) if first == SHARPEST else first), second, first
+
+
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
     """Longest time, seconds of a core, that the tables of all designs may take so as to pay."""
     return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
 
 
-def warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: str) -> None:
-    """Warn if `orbits` out of `of`, which take `each` seconds of a core, make the whole slow."""
-    if orbits * each > max(LONG, SLOW * problem.n_symbols * of):
+def warned(problem: RouteProblem, orbits: int, out_of: int, each: float, reason: str) -> None:
+    """Warn if `orbits` of `out_of`, which take `each` seconds of a core, make the whole slow."""
+    if orbits * each > max(LONG, SLOW * problem.n_symbols * out_of):
         warnings.warn(
-            f"{orbits} of {of} orbits are integrated numerically, which takes {seconds(each)} each"
-            f" on a core, some {seconds(orbits * each)} in all, because {reason}",
+            f"{orbits} of {out_of} orbits are integrated numerically, which takes {seconds(each)}"
+            f" each on a core, some {seconds(orbits * each)} in all, because {reason}",
             SlowRoutesWarning,
             stacklevel=2,
         )

@@ -21,7 +21,7 @@ from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.records import columns as columns_of
 from rigidpend.orbits.records import put
-from rigidpend.orbits.return_map.build import SLACK
+from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.mapped import Maps
@@ -30,7 +30,7 @@ from rigidpend.routes.start import Scales
 
 LATEST = 0.7
 """Share of an orbit's crossings up to which a handover is worth while."""
-SETTLED = 8
+TIME_ERROR_BITS = 8
 """Binary logarithm of the error allowed in the time of a crossing, in units of 2^-bits t'."""
 
 
@@ -44,13 +44,13 @@ def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequenc
     """
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
-        if scales != certainty.FIRST or not in_kernel(maps.run.arithmetic.engine, bits):
+        if scales != certainty.FIRST_SCALES or not in_kernel(maps.run.arithmetic.engine, bits):
             return integrated(bits, scales, columns)
         # All orbits count as failed until a map has carried them to their end.
         found = columns_of(known.crossings, columns)
         found.outcome[:] = Outcome.FAILED
         which = ladder.index(bits) % 2
-        at = handover(maps, bits - maps.pair[which], columns, known)
+        at = handover(maps, bits - maps.built_bits[which], columns, known)
         some = np.flatnonzero(at)
         if some.size:
             given = columns[some], columns_of(found, some), at[some], which
@@ -70,11 +70,11 @@ def handover(maps: Maps, more: int, columns: Columns, known: Decided) -> NDArray
     where the handover would come too late to pay, or at a crossing that is not yet certain.
     """
     before = columns_of(known, columns)
-    doubles = maps.crossings(53, certainty.FIRST, columns)
+    doubles = maps.crossings(53, certainty.FIRST_SCALES, columns)
     error = maps.run.rate * np.abs(doubles.time - before.crossings.time)
-    # From SLACK roundings on the error has grown by 2^more. Negated, so that a time that is missing
-    # (NaN) counts as a large error.
-    grown = ~(error <= SLACK * 2.0 ** (more - 53))
+    # From ALLOWED_ROUNDINGS on the error has grown by 2^more. Negated, so that a missing time (NaN)
+    # counts as a large error.
+    grown = ~(error <= ALLOWED_ROUNDINGS * 2.0 ** (more - 53))
     # argmax finds the first crossing with True. Symbol at - 1 is certain only if crossing `at` is.
     at = np.maximum(1, np.argmax(grown, axis=0))
     certain = before.certain[at - 1, np.arange(columns.size)]
@@ -88,7 +88,7 @@ def _continued(
 
     An orbit is FAILED if the integration does not meet that crossing or the map's tables end.
     """
-    run, scales, every = maps.run, certainty.FIRST, np.arange(columns.size)
+    run, scales, every = maps.run, certainty.FIRST_SCALES, np.arange(columns.size)
     expected = known.time[at, every]
     # Orbits with similar times share a vector, whose lanes then end together. The vectors are dealt
     # to the threads in turn, so that each thread has short and long ones.
@@ -101,7 +101,7 @@ def _continued(
         expected[order] / scales.time_unit,
         bits,
         tolerance_of(run.arithmetic, bits, scales),
-        2.0 ** (SETTLED - bits),
+        2.0 ** (TIME_ERROR_BITS - bits),
         engine=run.arithmetic.engine,
         jobs=run.jobs,
     )
@@ -111,9 +111,9 @@ def _continued(
     # The first crossing is upward, and then they alternate. A crossing that is taken for the wrong
     # kind does no harm: it lies far outside of the tables, and the orbit is FAILED.
     rising = at % 2 == 0
-    right = np.abs(late[back]) <= 2.0 ** (SETTLED - bits)
+    right = np.abs(late[back]) <= 2.0 ** (TIME_ERROR_BITS - bits)
     # Another crossing than the known one would shift all symbols that follow.
-    right &= run.rate * np.abs(time - expected) <= certainty.CLOSE
+    right &= run.rate * np.abs(time - expected) <= certainty.LIMIT_OF_TWO
     known.time[at, every] = time
     for up in (True, False):
         some = np.flatnonzero(rising == up)

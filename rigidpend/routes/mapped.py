@@ -30,8 +30,8 @@ from rigidpend.orbits.return_map.poincare import section_point
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
-from rigidpend.routes import certainty, costs
-from rigidpend.routes.costs import wanted
+from rigidpend.routes import costs
+from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
@@ -42,15 +42,15 @@ THIRDS = 100_000
 
 It spares one orbit in seven a computation in more bits. Its tables take 0.3 s of a core or more; it
 saves 0.8 microseconds an orbit in this call and in those that follow."""
-APART = 0.3
+LEAST_APART = 0.3
 """Least build time of the longest map, seconds of a core, for which processes make the others.
 
 Processes take about as long to begin."""
-PATIENCE = 20.0
+LEAST_BUDGET = 20.0
 """Seconds of a core that tables beyond doubles may take where maps are wanted but do not pay.
 
 Near the largest mu that a map serves they take some minutes, and those in doubles some seconds."""
-DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
+DESIGNS = {FIRST_SCALES: FIRST, SECOND_SCALES: SECOND, THIRD_SCALES: THIRD}
 """The map that takes the place of an integration in some scales; its unit of M is the same."""
 
 
@@ -59,16 +59,16 @@ def designs_of(orbits: int) -> list[Design]:
     return [FIRST, SECOND, THIRD][: 3 if orbits >= THIRDS else 2]
 
 
-def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
-    """Expected seconds of a core for the tables of the sharpest maps that take at most `most`.
+def expected_tables(problem: RouteProblem, orbits: int, budget: float) -> float:
+    """Expected seconds of a core for the tables of the sharpest maps that take at most `budget`.
 
     Infinity where all take longer, or the orbits have no map.
     """
     with contextlib.suppress(MapError):
         check_start(problem)
-        for pair in wanted(problem):
-            tables = sum(_expected(problem, _tasks(designs_of(orbits), pair)).values())
-            if tables <= most:
+        for map_bits in costs.wanted(problem):
+            tables = sum(_expected(problem, _tasks(designs_of(orbits), map_bits)).values())
+            if tables <= budget:
                 return tables
     return math.inf
 
@@ -90,12 +90,9 @@ Task: TypeAlias = tuple[int, Design]
 """A map's bits and its design."""
 
 
-def _tasks(designs: list[Design], pair: tuple[int, int]) -> list[Task]:
-    """The maps of some designs; `pair` are the bits of the first and of the second.
-
-    A third map has those of the first.
-    """
-    return [(pair[design == SECOND], design) for design in designs]
+def _tasks(designs: list[Design], map_bits: tuple[int, int]) -> list[Task]:
+    """The maps of some designs; `map_bits` are those of the first and the second computation."""
+    return list(zip(costs.built_bits(map_bits), designs, strict=False))
 
 
 def _expected(problem: RouteProblem, tasks: list[Task]) -> dict[Task, float]:
@@ -122,83 +119,83 @@ class Maps:
         begin in the normal form.
     """
 
-    def __init__(self, run: Run, *, least_time: bool = False, kept: bool = False) -> None:
+    def __init__(self, run: Run, *, least_time: bool = False, only_kept: bool = False) -> None:
         check_start(run.problem)
-        self.run, self.problem, self.kept = run, run.problem, kept
+        self.run, self.problem, self.only_kept = run, run.problem, only_kept
         self._lock, self._ready = threading.Lock(), dict[Task, Program]()
         self._budgets = dict[Task, float]()
         self.designs = designs_of(run.orbits)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
-        most = math.inf if kept else pays if least_time else max(pays, PATIENCE)
-        self._settle(most, pays if least_time else math.inf)
-        for scales in (certainty.FIRST, certainty.SECOND):
+        budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
+        self._settle(budget, pays if least_time else math.inf)
+        for scales in (FIRST_SCALES, SECOND_SCALES):
             # The first crossing of one orbit shows whether starts lie in the range of the normal
             # form. Orbits that leave the tables later are integrated.
             if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
                 raise MapError(f"J1_0 = {run.problem.J1_0} lies outside of the normal form")
 
-    def _settle(self, most: float, in_doubles: float) -> None:
+    def _settle(self, budget: float, in_doubles: float) -> None:
         """Make the sharpest of the wanted maps that converge and are cheap enough.
 
-        Their tables may take `most` seconds of a core, those in doubles `in_doubles`."""
-        *more, least = wanted(self.problem)
-        for pair in more:
-            # A pair that does not converge, or costs too much, gives way to the next one.
+        Their tables may take `budget` seconds of a core, those in doubles `in_doubles`."""
+        *more, least = costs.wanted(self.problem)
+        for map_bits in more:
+            # Maps that do not converge, or cost too much, give way to the next ones.
             with contextlib.suppress(MapError):
-                self._make(pair, most)
-                self._use(pair)
+                self._make(map_bits, budget)
+                self._use(map_bits)
                 return
         self._make(least, in_doubles)
         self._use(least)
 
-    def _use(self, pair: tuple[int, int]) -> None:
+    def _use(self, map_bits: tuple[int, int]) -> None:
         """Take the maps whose first and second have these bits into use."""
-        self.pair = pair
-        made, asked = zip(pair, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
+        self.map_bits, self.built_bits = map_bits, costs.built_bits(map_bits)
+        made, asked = zip(map_bits, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
         # A map makes one computation beyond doubles, and this settles symbols only if it is sharper
         # than the one before by enough bits.
-        served = {bits for bits in pair if bits in asked or costs.fits(bits, asked)}
-        self.levels = {bits: design for bits, design in made if bits > 53 and bits in served}
+        served = {bits for bits in map_bits if bits in asked or costs.fits(bits, asked)}
+        self.design_by_bits = {x: design for x, design in made if x > 53 and x in served}
 
-    def _make(self, pair: tuple[int, int], most: float) -> None:
+    def _make(self, map_bits: tuple[int, int], budget: float) -> None:
         """Make maps of all designs, side by side where that pays.
 
-        MapError is raised where the tables would take more than `most` seconds of a core.
+        MapError is raised where the tables would take more than `budget` seconds of a core.
         """
         body, ends = self.problem.body, self.problem.energies
-        tasks = _tasks(self.designs, pair)
+        tasks = _tasks(self.designs, map_bits)
         missing = [task for task in tasks if not is_kept(body, *ends, *task)]
-        if self.kept and missing:
+        if self.only_kept and missing:
             raise MapError("none is kept")
         expected = _expected(self.problem, tasks)
         total, longest = sum(expected.values()), max(expected, key=expected.__getitem__)
-        if total > most:
-            raise Costly(total, most)
-        self._budgets |= {task: most * (each / total) for task, each in expected.items()}
+        if total > budget:
+            raise Costly(total, budget)
+        self._budgets |= {task: budget * (each / total) for task, each in expected.items()}
 
         def prepare(task: Task) -> None:
             if task == longest:
-                self.made(*task)
+                self.map_of(*task)
             else:
                 build_apart(body, ends, *task, self._budgets[task])
 
         # The longest is made in this process, and the others in further ones beside it.
-        if self.run.jobs > 1 and len(missing) > 1 and expected[longest] > APART:
+        if self.run.jobs > 1 and len(missing) > 1 and expected[longest] > LEAST_APART:
             side_by_side(prepare, (), False, missing, self.run.jobs)
         for task in tasks:
-            self.made(*task)
+            self.map_of(*task)
 
     @property
     def most_bits(self) -> int:
         """Bits of the sharpest map that decides symbols."""
-        return max(self.levels, default=53)
+        return max(self.design_by_bits, default=53)
 
     @property
     def ladder(self) -> tuple[int, ...]:
         """The precisions of the run and those of the maps, ascending."""
-        return tuple(sorted({*self.run.arithmetic.precisions, *self.levels}))
+        return tuple(sorted({*self.run.arithmetic.precisions, *self.design_by_bits}))
 
-    def most(self, bits: int) -> int:
+    def most_computations(self, bits: int) -> int:
         """The largest number of computations in a precision.
 
         In a map's own bits it is one, if a sharper computation follows: a second one would use the
@@ -206,22 +203,22 @@ class Maps:
         precision; before that, one computation in the next precision settles more.
         """
         last = max(self.run.arithmetic.precisions)
-        if bits in self.levels and bits < last:
+        if bits in self.design_by_bits and bits < last:
             return 1
-        return 3 if bits == last or self.serve(bits, certainty.THIRD) else 2
+        return 3 if bits == last or self.serve(bits, THIRD_SCALES) else 2
 
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is a map for a computation in those bits and scales."""
-        # Beyond doubles `levels` says which map makes the first computation. All maps serve as many
-        # bits as the least sharp of them has.
-        if bits > 53 and scales == certainty.FIRST:
-            return bits in self.levels
-        return bits in (53, min(self.pair)) and DESIGNS.get(scales) in self.designs
+        # Beyond doubles `design_by_bits` says which map makes the first computation. All maps serve
+        # as many bits as the least sharp of them has.
+        if bits > 53 and scales == FIRST_SCALES:
+            return bits in self.design_by_bits
+        return bits in (53, min(self.map_bits)) and DESIGNS.get(scales) in self.designs
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns, times t'; FAILED where an orbit leaves the tables."""
-        one = bits > 53 and scales == certainty.FIRST
-        design = self.levels[bits] if one else DESIGNS[scales]
+        one = bits > 53 and scales == FIRST_SCALES
+        design = self.design_by_bits[bits] if one else DESIGNS[scales]
         given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
         found = kernel.follow(self._program(bits, design), *given)
         return found._replace(time=found.time * float(exact(design.unit)))
@@ -235,8 +232,8 @@ class Maps:
         dimensionless, and times t' (N,). The result is the separatrix of each of these, (N,), and
         the `count` crossings that follow, times t'.
         """
-        bits, design = self.pair[which], (FIRST, SECOND)[which]
-        a, unit, made = precision(bits), Fraction(design.unit), self.made(bits, design)
+        bits, design = self.built_bits[which], self.designs[which]
+        a, unit, made = precision(bits), Fraction(design.unit), self.map_of(bits, design)
         given = np.stack([a.array(x) for x in (*(states[:3] * unit), *states[3:])])
         # d and chi do not depend on the length of gamma, which other scales change.
         d, chi, image = section_point(rising, given, made.coefficients, precision(made.bits))
@@ -248,7 +245,7 @@ class Maps:
         beside = (3 - image if rising else 2 + image).astype(np.uint8)
         return beside, found._replace(time=found.time * float(unit))
 
-    def made(self, bits: int, design: Design) -> ReturnMap:
+    def map_of(self, bits: int, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases, built if it is not kept."""
         return return_map(
             self.problem.body,
@@ -263,14 +260,14 @@ class Maps:
         # Several threads may ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                made = self.made(self.pair[design == SECOND], design)
-                starts, coarse = self.run.starts, 0.0
-                if bits == self.pair[0] < self.pair[1] and design == FIRST:
+                made = self.map_of(self.built_bits[self.designs.index(design)], design)
+                starts, coarse, (first, second) = self.run.starts, 0.0, self.map_bits
+                if bits == first < second and design == FIRST:
                     # The first map leaves out terms until it errs 2^(difference of the bits) times
                     # as much as the second, so that these differ by it whatever the second errs by.
-                    coarse = 2.0 ** (self.pair[1] - bits) * self.made(self.pair[1], SECOND).left_out
+                    coarse = 2.0 ** (second - bits) * self.map_of(second, SECOND).left_out
                 # The table of starts covers their Qp, from that of the least J1_0 to the largest.
-                ends = starts.least if starts else self.problem, self.problem
+                ends = starts.least_problem if starts else self.problem, self.problem
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
@@ -286,7 +283,7 @@ class Maps:
         """Qp, the phase of entry and (energy - h0)/mu of some columns, (N,) each.
 
         Qp is in the design's unit, the phase in radians. Each design shifts phases by another
-        `origin` before they are rounded, so that cos and sin round differently.
+        `phase_shift` before they are rounded, so that cos and sin round differently.
         """
         a, phases = precision(bits), self.run.phases
         if self.run.starts is None:
@@ -296,16 +293,16 @@ class Maps:
             each = beginning(self.problem, design, bits, J1_0)
             Qp, along, across = (x[which[columns]] for x in each)
         theta2 = phases.near[columns]
-        shifted = theta2 + design.origin
+        shifted = theta2 + design.phase_shift
         # Knuth's two-sum: the exact error of the rounded sum, which is added to the rest.
-        back = shifted - design.origin
-        lost = (theta2 - back) + (design.origin - (shifted - back))
+        back = shifted - design.phase_shift
+        lost = (theta2 - back) + (design.phase_shift - (shifted - back))
         rest = a.array(phases.rest[columns] + lost)
         cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
         # The reversor takes the start to one beside the upper orbit, psi = pi/2 - beta0/2 - theta2.
         # The angle is recovered from cos and sin, to which its rest has been added.
         p, *_ = _constants(self.problem, bits)
-        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.origin
+        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.phase_shift
         return Qp + 0 * psi, psi, along * cos + across * sin
 
 
@@ -345,7 +342,7 @@ def beginning(
     # The height is linear in cos and sin of the shifted phase: its values at 0 and pi/2 are the
     # coefficients.
     along, across = (
-        height(J1, J2, (p.alpha0 + p.beta0, x - design.origin), a)
+        height(J1, J2, (p.alpha0 + p.beta0, x - design.phase_shift), a)
         for x in (a.number(0.0), a.pi / 2)
     )
     return Beginning(start_Qp(problem, design.unit, bits, J1_0), along, across)

@@ -42,7 +42,7 @@ FIXED = 212
 The latter needs a tangent beside the orbit."""
 GAIN = 38
 """Bits that are gained beside one reference orbit: doubles then still have some ten to spare."""
-AT_ONCE = 6
+BITS_AT_ONCE = 6
 """Bits that are gained at a time: 2^6 - 1 phases divide the bracket."""
 
 
@@ -82,7 +82,7 @@ class Neighbourhood:
 
     def prefixes(self, phases: Sequence[Exact]) -> list[list[int]]:
         """The symbols of each of some phases, found by one computation in doubles, unconfirmed."""
-        found = self.crossings(53, certainty.FIRST, phases)
+        found = self.crossings(53, certainty.FIRST_SCALES, phases)
         return [list(map(int, column)) for column in symbols(found.separatrix).T]
 
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
@@ -206,7 +206,7 @@ def bisect(
     left, right = prefixes(bracket)
     check_change(left, right, bracket)
     while path[-1].width > width:
-        whole, n = path[-1], 2**AT_ONCE
+        whole, n = path[-1], 2**BITS_AT_ONCE
         points = [whole.low, *(whole.between(k, n) for k in range(1, n)), whole.high]
         # Orbits side by side cost little more than one: all points of six halvings are computed.
         found = prefixes(points[1:-1])

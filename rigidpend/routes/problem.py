@@ -17,7 +17,7 @@ from rigidpend.numbers.exact import Exact, ExactError, context, function
 
 MAX_SYMBOLS = 100_000
 """Largest number of symbols on an orbit."""
-LEAST = 1e-100
+LEAST_MU = 1e-100
 """Least mu relative to h0: doubles lose a smaller one."""
 OF_SYMBOL = 11
 """Bytes of a result for each symbol: symbol, certainty, separatrix and crossing time."""
@@ -60,8 +60,8 @@ class RouteProblem:
         m = context(113)
         h0, mu = self.h0.in_context(m), self.body.mu.in_context(m)
         check_energy("h0", self.h0, self.body.mu)
-        if 0 < mu < LEAST * h0:
-            message = f"mu = {self.body.mu} is below {LEAST} h0, too small for doubles; mu = 0?"
+        if 0 < mu < LEAST_MU * h0:
+            message = f"mu = {self.body.mu} is below {LEAST_MU} h0, too small for doubles; mu = 0?"
             raise ProblemError("mu", message)
         J1, J2 = self.J1_0.in_context(m), self.J2_0(113)
         shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"

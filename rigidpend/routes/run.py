@@ -24,7 +24,7 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
 
-FEWEST, MOST, PIECES = 256, 1024, 8
+FEWEST_COLUMNS, MOST_COLUMNS, PIECES_A_THREAD = 256, 1024, 8
 """Least and largest number of columns in a piece, and the number of pieces for each thread."""
 SHARPENING = 100
 """Factor by which further computations have a finer tolerance, in doubles as far as these go."""
@@ -38,7 +38,7 @@ class Starts(NamedTuple):
 
     J1_0: NDArray[np.float64]
     """(n,), dimensionless, doubles taken as exact; the problem itself has the largest of them."""
-    least: RouteProblem
+    least_problem: RouteProblem
     """The problem with the least J1_0, whose orbits take longest to cross."""
 
 
@@ -55,20 +55,20 @@ class Run:
     """Threads, or processes where Python itself computes. No result depends on it."""
     starts: Starts | None = None
     """J1_0 of each orbit, where they differ."""
-    each: Sequence[RouteProblem] | None = None
+    problems: Sequence[RouteProblem] | None = None
     """The problem of each orbit, where energies differ too; all have the same body."""
-    of: int | None = None
+    task_orbits: int | None = None
     """Number of orbits in the whole task, if these are a part of it: many take return maps."""
 
     @property
     def orbits(self) -> int:
         """The number of orbits in the whole task."""
-        return self.of or len(self.phases)
+        return self.task_orbits or len(self.phases)
 
     @property
     def rate(self) -> float:
         """The fastest rate of all orbits, radians per unit of t'."""
-        return max(map(phase_rate, self.each or [self.problem]))
+        return max(map(phase_rate, self.problems or [self.problem]))
 
     def beyond(self, known: int) -> tuple[int, ...]:
         """Precisions, ascending, above `known` bits: those asked for and the rungs between them."""
@@ -77,7 +77,7 @@ class Run:
         rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked))]
         return tuple(sorted((*asked, *rungs)))
 
-    def most(self, bits: int) -> int:
+    def most_computations(self, bits: int) -> int:
         """The largest number of computations in a precision: one on a rung, otherwise three.
 
         An orbit that is open after the computation on a rung is left to the next precision.
@@ -90,7 +90,7 @@ class Run:
         unit = scales.time_unit
         # One limit for all columns, whatever their J1_0: so an orbit's result does not depend on
         # the columns beside it.
-        patient = self.starts.least if self.starts else self.problem
+        patient = self.starts.least_problem if self.starts else self.problem
         limit = longest_wait(patient, bits) / unit
         found = integrate.crossings(
             Orbits(begin.coefficients, states, self.problem.n_symbols + 1, limit),
@@ -111,8 +111,8 @@ class Run:
         problem_of: Callable[[Any], RouteProblem]
         if self.starts is not None:
             keys, problem_of = self.starts.J1_0, functools.partial(_with_action, self.problem)
-        elif self.each is not None:
-            keys, problem_of = np.arange(len(self.each)), self.each.__getitem__
+        elif self.problems is not None:
+            keys, problem_of = np.arange(len(self.problems)), self.problems.__getitem__
         else:
             return self._begun(self.problem, bits, scales, columns)
         # A start takes mpmath and serves any phases: one for each group of equal parameters.
@@ -159,13 +159,13 @@ class Run:
                 return certainty.undivided(work, columns, bits)
             # In more than 53 bits a single vector of lanes is worth a piece; in doubles only where
             # there are so few columns that some threads would otherwise get none.
-            fewest = LANES if bits > 53 or n <= LANES * self.jobs else FEWEST
-            size = min(MOST, max(fewest, -(-len(columns) // (PIECES * self.jobs))))
+            fewest = LANES if bits > 53 or n <= LANES * self.jobs else FEWEST_COLUMNS
+            size = min(MOST_COLUMNS, max(fewest, -(-len(columns) // (PIECES_A_THREAD * self.jobs))))
             return in_pieces(work, columns, size, self.jobs)
 
         least = self.arithmetic.precisions[0]
         ladder = least, *self.beyond(least)
-        return certainty.decide(compute, n, self.rate, ladder, share, self.most)
+        return certainty.decide(compute, n, self.rate, ladder, share, self.most_computations)
 
 
 def abreast(run: Run) -> Compute:
@@ -183,15 +183,15 @@ def abreast(run: Run) -> Compute:
         python = not in_kernel(engine, bits)
         idle = (
             run.jobs > 1
-            and (bits == precisions[0] if python else run.most(bits) > 1)
+            and (bits == precisions[0] if python else run.most_computations(bits) > 1)
             and integrate.on_one_thread(engine, bits, len(columns))
         )
-        if scales == certainty.FIRST and idle:
-            both = certainty.FIRST, certainty.SECOND
+        if scales == certainty.FIRST_SCALES and idle:
+            both = certainty.FIRST_SCALES, certainty.SECOND_SCALES
             first, second = side_by_side(_in_scales, (run, bits, columns), python, both, 2)
             seconds[bits] = columns, second
             return first
-        if scales == certainty.SECOND and bits in seconds:
+        if scales == certainty.SECOND_SCALES and bits in seconds:
             # The columns asked for now are some of the first computation's, which ascend.
             known, second = seconds[bits]
             return columns_of(second, np.searchsorted(known, columns))
@@ -224,7 +224,7 @@ def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
     series have another order: those of one order have the same truncation error in all scales.
     """
     engine, tolerance, _ = arithmetic
-    first, finest = scales == certainty.FIRST, FINEST_TOLERANCE[engine]
+    first, finest = scales == certainty.FIRST_SCALES, FINEST_TOLERANCE[engine]
     # `finest` is as far as doubles go. Every further bit halves the tolerance that is stated here.
     if bits > 53:
         return finest if first else finest / SHARPENING

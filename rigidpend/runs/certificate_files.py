@@ -23,9 +23,9 @@ from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, ORBIT_TER
 
 SUFFIX = f"{CERTIFICATE}.h5"
 """Ending of a certificate's name, after the name of its result."""
-RATIO = 8
+MOST_RATIO = 8
 """Largest number of bytes of arrays for each byte of the file: digits cannot be compressed."""
-EACH = 128
+STEP_BYTES = 128
 """Least number of bytes of the file for each step; the shortest ones have some 300."""
 NUMBERS = 1
 """Largest number of coefficients for each byte of the file; ordinary ones take several bytes."""
@@ -74,11 +74,11 @@ def read(path: Path) -> Loaded:
     StoreError as `rigidpend.results.store.load`; also where the file says something that no
     certificate says, or has more steps or coefficients than its length allows.
     """
-    loaded, outline = store.load_outlined(path, LAYOUT, ratio=RATIO)
+    loaded, outline = store.load_outlined(path, LAYOUT, ratio=MOST_RATIO)
     _check_words(path, outline)
     # Compressed zeros could otherwise claim many steps in a small file.
     length = path.stat().st_size
-    for what, most in (("half_lengths", length // EACH), ("widths", NUMBERS * length)):
+    for what, most in (("half_lengths", length // STEP_BYTES), ("widths", NUMBERS * length)):
         count = sum(group[what].size for group in loaded["data"].values())
         if count > most:
             said = "steps" if what == "half_lengths" else "coefficients"

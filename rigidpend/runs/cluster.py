@@ -26,7 +26,7 @@ from rigidpend.machine import wording
 from rigidpend.machine.code_hash import code_hash_of, digest, inside
 from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone
-from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
+from rigidpend.machine.workers import CHECK_PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts
 
@@ -184,7 +184,7 @@ def _client(address: str) -> Any:
     # A thread of its own connects, because that may hang, and Ctrl-C must be obeyed meanwhile.
     threading.Thread(target=connect, daemon=True).start()
     until = time.monotonic() + PATIENCE
-    while wait([made], PERIOD).not_done and time.monotonic() < until + 1:
+    while wait([made], CHECK_PERIOD).not_done and time.monotonic() < until + 1:
         check_stop()
     try:
         return made.result(0)

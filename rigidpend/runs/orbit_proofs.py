@@ -75,8 +75,8 @@ def prove(
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
     arrays = _side_by_side(_made, (), parts, jobs, n, report)
     data = {
-        "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
-        "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
+        "sets": pieces.packed_quads([link.start for link in links[1:]]),  # type: ignore[misc]
+        "line": {name: float(getattr(links[0].start, name)) for name in LAYOUT["line"]},
         "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
         # The last set of each part but the last is made anew as the first one of the next part.
         "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
@@ -97,7 +97,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
 
     StoreError where the file is no proof, or does not prove what it says.
     """
-    stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
+    stored = store.load(file, LAYOUT, ratio=certificate_files.MOST_RATIO)
     stated, data = stored["config"], stored["data"]
     (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
     try:

@@ -15,7 +15,7 @@ from typing import Any
 from rigidpend.machine.code_hash import PACKAGE, code_hash_of, digest, inside
 
 LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite", "python_flint")
-ABSENT = "absent"
+MISSING = "absent"
 """Version of a library that is not installed."""
 
 
@@ -76,11 +76,11 @@ def processor_model() -> str:
 
 
 def version(library: str) -> str:
-    """Version of an installed library, or `ABSENT`."""
+    """Version of an installed library, or `MISSING`."""
     try:
         return importlib.metadata.version(library)
     except importlib.metadata.PackageNotFoundError:
-        return ABSENT
+        return MISSING
 
 
 def commit_here() -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
+from rigidpend.mechanics.floquet import NotHyperbolic, periodic_orbit
 from rigidpend.mechanics.free_body import exponent
 from rigidpend.numbers.exact import Exact, exact, function
 from rigidpend.numbers.generic import Array
@@ -20,7 +21,7 @@ from rigidpend.routes.start import Scales, start, states_double
 
 PER_TURN = 96
 """Number of samples in a turn of theta2, or in a time 2 pi/u if that is shorter."""
-SETTLED = 1e-3
+ON_SURFACE = 1e-3
 """Distance from the surface at a curve's first point, relative to that at its orbit's start."""
 CHORD = 4e-4
 """Allowed distance of a chord from its curve, in units of the window's height and half width.
@@ -49,8 +50,8 @@ def surface_problem(
     """Start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3), M_0 and mu physical.
 
     If beta0 is None it is gamma0, for which r is (sqrt(A1 - A3), sqrt(A3 - A2), 0) by (phi). J1_0
-    is dimensionless, 0 < J1_0 < J2_0/2. Raises BodyError or ProblemError with the condition that is
-    broken.
+    is dimensionless, 0 < J1_0 < `ON_SURFACE` J2_0/2. Raises BodyError or ProblemError with the
+    condition that is broken.
     """
     if not M_0.at(113) > 0:
         raise ProblemError("M_0", f"M_0 > 0 is broken: M_0 = {M_0}")
@@ -61,8 +62,10 @@ def surface_problem(
         shown = f"M_0 = {M_0}, A3 = {A[2]}, mu = {mu}"
         raise ProblemError("M_0", f"h0 = M_0^2/(2 A3) > mu is broken: {shown}")
     found = RouteProblem(Body(A, _direction(A, beta0), mu), h0, J1_0, 1)
-    if not 2 * float(J1_0) < float(found.J2_0(53)):
-        raise ProblemError("J1_0", f"J1_0 < J2_0/2 is broken: J1_0 = {J1_0}")
+    # Curves begin where J1 is J1_0/`ON_SURFACE`. Beyond the section orbits go away from S1- again.
+    if not 2 * float(J1_0) < ON_SURFACE * float(found.J2_0(53)):
+        broken = f"J1_0 < J2_0/{2 / ON_SURFACE:.0f} is broken: J1_0 = {J1_0}"
+        raise ProblemError("J1_0", f"{broken}; orbits that start so high do not come close to S1-")
     return found
 
 
@@ -83,9 +86,11 @@ def S1_minus(
     """Orbits on S1-, which leave the lower periodic solution beside separatrix 2, forward in time.
 
     They start near the surface, at theta1 = alpha0 + beta0 and the problem's J1_0. The distance
-    from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin where J1 is J1_0/`SETTLED`,
-    to lie on it, and end with the first point farther than `half_width`, radians.
+    from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin at J1 = J1_0/`ON_SURFACE`, to
+    lie on it, and end with the first point farther than `half_width`, radians. Raises
+    ArithmeticError where an orbit's pendulum motion has no S1-.
     """
+    _check_hyperbolic(problem, theta2_0)
     p, t = problem.body.angles(), times(problem)
     begin = start(problem, 53, Scales())
     # These starts have exactly theta1 of the separatrix and are not on the surface, as said above.
@@ -99,9 +104,22 @@ def S1_minus(
     theta1, ratio = projected(orbits, p.alpha0, p.beta0)
     across = (theta1 - p.alpha0 - p.beta0) / half_width
     # J1 grows as exp(u t) beside the lower periodic orbit.
-    first = int(np.argmax(t > -math.log(SETTLED) / exponent(float(problem.J2_0(53)), p, math)))
+    first = int(np.argmax(t > -math.log(ON_SURFACE) / exponent(float(problem.J2_0(53)), p, math)))
     kept = [first + points(across[first:, k], ratio[first:, k]) for k in range(theta2_0.size)]
     return _joined(theta1, ratio, kept, np.mod(theta2_0, math.tau))
+
+
+def _check_hyperbolic(problem: RouteProblem, theta2_0: Array) -> None:
+    """Raise ArithmeticError unless the pendulum motions of the orbits' energies have an S1-."""
+    p, h0 = problem.body.angles(), float(problem.h0)
+    # The energy of an orbit is h0 + mu sin(theta2_0), here to a hundredth of mu: a motion takes
+    # some milliseconds, and there may be thousands of phases.
+    for height in np.unique(np.round(np.sin(theta2_0), 2)):
+        try:
+            periodic_orbit(p, h0 + p.mu * height)
+        except (NotHyperbolic, ValueError) as error:
+            said = f"there is no S1- of the energy {h0 + p.mu * height:.6g}: {error}"
+            raise ArithmeticError(f"{said}; take less weight") from None
 
 
 def S2_plus(lower: SurfaceCurves, alpha0: float, beta0: float) -> SurfaceCurves:

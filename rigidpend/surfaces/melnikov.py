@@ -76,7 +76,7 @@ def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     case there are none: the separatrix does not split, and the integral is zero at all phases.
 
     Orbits of route codes start on separatrix 2. Their first symbol is 1 where
-    cos(delta + theta2_0) > 0, up to O(mu).
+    cos(delta + theta2_0) > 0, up to O(mu) and :func:`missed`.
     """
     if number % 2 and "Hess" in problem.body.special_cases:
         return ()
@@ -88,6 +88,20 @@ def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     found = sorted(float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
     # A remainder just below 2 pi may round to the double 2 pi, which is phase 0.
     return tuple(x if x < math.tau else 0.0 for x in found)
+
+
+def missed(problem: RouteProblem) -> float:
+    """Part of Melnikov's integral on separatrix 2 before the start, as a share of its amplitude.
+
+    Orbits that start there, and not on S1-, miss it. For small mu and a small share their first
+    symbol changes at phases that are up to so many radians from the :func:`zeros`; where the share
+    is 1 or more, the zeros say nothing of the symbol. Exact for J1_0 far below J2_0.
+    """
+    m, nu = context(53), problem.body.angles(53).nu
+    # The integral from -infinity of exp(u t - v) cos(kappa J2_0 t + ...), where the integrand of
+    # (Im) has left the denominator 1. By logarithms, because sinh(nu) may overflow.
+    depth = m.log(problem.J1_0.in_context(m) / problem.J2_0(53)) - m.log(decay(m.mpf(nu), m))
+    return float(m.exp(depth) / math.hypot(1, nu / math.pi))
 
 
 def linearised(

@@ -35,11 +35,11 @@ from rigidpend.surfaces.surface_orbits import (
     surface,
 )
 
-TOP = 16
+MOST_HARMONICS = 16
 """Largest number of harmonics that are found.
 
 With the body of Fig. 4 at mu = 0.1 the eighth is 1e-9 of the first."""
-FEWEST, SURE, MOST = 16, 128, 512
+FEWEST, SURE, MOST_ORBITS = 16, 128, 512
 """Least number of orbits in a computation, and the largest ones.
 
 If the curve seems to turn back in g with `SURE` orbits it really does, and no more are tried."""
@@ -62,7 +62,7 @@ class SurfaceSplitting(NamedTuple):
     amplitude: float
     """Melnikov's amplitude of the distance in theta1, radians."""
     excess: Array
-    """d1/amplitude - 1, d2/amplitude, d3/amplitude, ..., (TOP,); NaN if nothing is known."""
+    """d1/amplitude - 1, d2/amplitude, ..., (MOST_HARMONICS,); NaN if nothing is known."""
     error: float
     """Uncertainty of `excess`: its largest difference between two computations, times `CAUTION`.
 
@@ -126,7 +126,7 @@ def measure(
 
 def _most(found: SurfaceSplitting) -> int:
     """The largest useful number of orbits, which is smaller if the curve seems to turn back."""
-    return MOST if math.isfinite(found.error) else SURE
+    return MOST_ORBITS if math.isfinite(found.error) else SURE
 
 
 def _noise(s: UnstableSurface, arithmetic: Arithmetic) -> float:
@@ -147,24 +147,27 @@ def _twice(
         points = meet(s, phases, depth + deeper, arithmetic, jobs)
         measured = None if points is None else harmonics(points, a)
         if measured is None:
-            unknown = np.full(TOP, np.nan)
+            unknown = np.full(MOST_HARMONICS, np.nan)
             return SurfaceSplitting(float(first), unknown, math.inf, allowed, s.bits, n)
         found.append(measured)
-    mean, error = np.zeros(TOP), max(abs(float(beyond / first)) for _, beyond in found)
+    mean, error = np.zeros(MOST_HARMONICS), max(abs(float(beyond / first)) for _, beyond in found)
     for k, (one, other) in enumerate(zip(*(known for known, _ in found), strict=True)):
         mean[k] = float((one + other) / 2 / first - (k == 0))
         # `excess` is a difference from 1, which is rounded by this at least.
         error = max(error, CAUTION * (abs(float((one - other) / first)) + 2.0**-s.bits))
+    if math.isinf(error):
+        # An amplitude far below all rounding leaves nothing known in its units.
+        mean = np.full(MOST_HARMONICS, np.nan)
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 
 def harmonics(points: Points, a: Precision) -> tuple[list[Any], Any] | None:
     """Harmonics d1, d2, ... from an even number n of orbits, evenly spaced in theta2_0, radians.
 
-    Their number is min(TOP, n/2 - 1). They come with the expected size of the next one, or with 0
-    if there are `TOP`. None if the curve turns back in g, for then it has no distance at a phase.
-    The Fourier integral over g becomes one over theta2_0, over which the trapezoid rule and the
-    derivative of g, of an interpolant through all points, converge exponentially.
+    Their number is min(MOST_HARMONICS, n/2 - 1). They come with the expected size of the next one,
+    or with 0 if there are so many. None if the curve turns back in g, for then it has no distance
+    at a phase. The Fourier integral over g becomes one over theta2_0, over which the trapezoid rule
+    and the derivative of g, of an interpolant through all points, converge exponentially.
 
     The harmonics of the curve itself shrink evenly, those of the distance by turns. So the next
     harmonic is expected from the last two of the curve, at the same ratio.
@@ -177,14 +180,14 @@ def harmonics(points: Points, a: Precision) -> tuple[list[Any], Any] | None:
     cos, sin = a.cos(points.phase), a.sin(points.phase)
     even, odd = points.offset * slope / n, 0 * points.offset
     found, sizes = [], []
-    for k in range(1, min(TOP, n // 2 - 1) + 1):
+    for k in range(1, min(MOST_HARMONICS, n // 2 - 1) + 1):
         # The terms times cos kg and sin kg. F(g) - F(pi - g) has twice the cosines of odd and the
         # sines of even harmonics of F, and none of the others: hence 4/n in the place of 2/n.
         even, odd = even * cos - odd * sin, even * sin + odd * cos
         of_cos, of_sin = 4 * even.sum(), 4 * odd.sum()
         found.append(of_cos if k % 2 else of_sin)
         sizes.append((of_cos * of_cos + of_sin * of_sin) ** 0.5)
-    return found, sizes[-1] ** 2 / sizes[-2] if len(found) < TOP else 0.0
+    return found, sizes[-1] ** 2 / sizes[-2] if len(found) < MOST_HARMONICS else 0.0
 
 
 def derivative(values: Any, a: Precision) -> Any:

@@ -24,7 +24,7 @@ from rigidpend.orbits.integrate.states import first_crossings
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.surfaces.melnikov import delta
 
-PATIENCE = 4
+LONGEST_WAIT = 4
 """Longest time allowed up to the section, in units of the unperturbed motion's time.
 
 Orbits close to the unperturbed motion need about one unit."""
@@ -143,7 +143,7 @@ def meet(
     starts = list(theta2_0)
     begin = a.array(starts)
     rate = exponent(J2_0(s), s.p, m)
-    limit = PATIENCE * float((depth + math.tau) / rate)
+    limit = LONGEST_WAIT * float((depth + math.tau) / rate)
     states, numbers_of = launches(s, begin, depth, a), coefficients(s)
     if a.bits == 53:
         numbers_of = AlignedCoefficients(*map(float, numbers_of))
@@ -164,7 +164,8 @@ def meet(
     # Beside separatrix 2 the orbit crosses with Qp > 0.
     if (state[0] < 0).any():
         return None
-    phase, offset = section_angles(state, a.number(s.p.alpha0), a)
+    alpha0, sin_alpha0 = a.number(s.p.alpha0), a.number(m.sin(s.p.alpha0))
+    phase, offset = section_angles(state, alpha0, sin_alpha0, a)
     # Next to the phase of the unperturbed motion g is a continuous function of theta2_0.
     behind, turn = lag(s, depth), 2 * a.pi
     unperturbed_phases = [start + behind for start in starts]
@@ -187,14 +188,14 @@ def guarded(bits: int) -> Precision:
     return precision(max(bits + GUARD_BITS, MOST_IN_PAIRS + 1))
 
 
-def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:
+def section_angles(state: Numbers, alpha0: Scalar, sin_alpha0: Scalar, m: Any) -> tuple[Any, Any]:
     """The phase g and the offset, radians, of states with M3 = 0 and J3 = 0 beside separatrix 2.
 
     There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset keeps the
-    relative precision of Qm.
+    relative precision of Qm and of `sin_alpha0`, which the sine of a rounded alpha0 near pi lacks.
     """
     Qp, Qm, _, gamma1, gamma2, gamma3 = state
     # Both arguments are J2 sin(alpha0) times the sine and the cosine of half the offset.
-    half = m.atan2(Qm * m.sin(alpha0), Qp - Qm * m.cos(alpha0))
+    half = m.atan2(Qm * sin_alpha0, Qp - Qm * m.cos(alpha0))
     l = half + alpha0 / 2
     return m.atan2(gamma1 * m.cos(l) - gamma2 * m.sin(l), -gamma3), 2 * half

@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 import rigidpend
 from rigidpend.config import catalogue, reader
 from rigidpend.config.complaints import ConfigError
-from rigidpend.machine.files import LARGEST, afford
+from rigidpend.machine.files import MOST_BYTES, afford
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.exact import FINEST, ExactError, exact
+from rigidpend.numbers.exact import FINEST_BITS, ExactError, exact
 from rigidpend.routes.phases import Phases
 from rigidpend.runs import loading
 from tests.attacks import lot
@@ -78,8 +78,8 @@ CANNOT_BE = {
     "long": (f"problem.mu={'1+' * 1900}1+", "is not a number"),
     "deep": (f"problem.{'a.' * 30_000}b=1", "more than 32 keys inside each other"),
     "long key": (f"{'x' * 100_000}=1", "unknown key"),
-    "precision": (f"numerics.precisions=[{FINEST + 1}]", f"from 53 to {FINEST}"),
-    "known precision": ("numerics.precisions=[9936]", f"from 53 to {FINEST}"),
+    "precision": (f"numerics.precisions=[{FINEST_BITS + 1}]", f"from 53 to {FINEST_BITS}"),
+    "known precision": ("numerics.precisions=[9936]", f"from 53 to {FINEST_BITS}"),
 }
 
 
@@ -96,9 +96,9 @@ def test_a_setting_that_cannot_be_is_refused_at_once_in_a_line(
 
 def test_the_highest_precision_is_one_that_numbers_have(tmp_path: Path) -> None:
     path = written(tmp_path, SMALL)
-    assert loading.load(path, [f"numerics.precisions=[53, {FINEST}]"])
+    assert loading.load(path, [f"numerics.precisions=[53, {FINEST_BITS}]"])
     # Guard bits of the engine and of the number itself are left.
-    assert exact("3*pi/40").at(FINEST + 200) > 0
+    assert exact("3*pi/40").at(FINEST_BITS + 200) > 0
 
 
 def test_products_are_bounded_by_what_a_result_holds(
@@ -111,12 +111,12 @@ def test_products_are_bounded_by_what_a_result_holds(
     [complaint] = refused(path, large)
     said = (
         "1000000 columns of 1000 symbols make a result of about 11 GB, and "
-        f"{LARGEST / 1e9:.3g} GB is the most"
+        f"{MOST_BYTES / 1e9:.3g} GB is the most"
     )
     assert complaint.message == said
-    afford("all", LARGEST // 11, 11, "as much as is read")
+    afford("all", MOST_BYTES // 11, 11, "as much as is read")
     with pytest.raises(ParameterError, match=r"more make a result of about 2\.15 GB, and 2\.15 GB"):
-        afford("all", LARGEST // 11 + 1, 11, "more")
+        afford("all", MOST_BYTES // 11 + 1, 11, "more")
     # From Python too, before the first of them is made exact, which takes a minute for all.
     monkeypatch.setattr(Phases, "exactly", None)
     body = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")

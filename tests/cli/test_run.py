@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import pickle
+import re
+import time
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -87,18 +89,20 @@ def test_the_worst_failure_is_the_exit_code(failing: Path, monkeypatch: pytest.M
 def test_a_terminal_has_one_line_that_changes_and_keeps_none_of_what_failed(
     failing: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(progress, "changes", lambda _: True)
+    monkeypatch.setattr(progress, "changes", lambda: True)
+    monkeypatch.setattr(progress, "PERIOD", 0.01)
     monkeypatch.setenv("COLUMNS", "80")
 
     def run(planned: runner.Plan, **how: Any) -> str:
         how["report"]("in the midst of it")
+        time.sleep(0.1)
         if planned.config.name == "b":
             raise store.StoreError("no room")
         return ""
 
     monkeypatch.setattr(runner, "run", run)
     done = call(failing, "run", "c.yaml", "b.yaml", "--force", "-k", "--out", "shown")
-    assert "\r[1 of 2 done, " in done.stderr
+    assert re.search(r"\r\[50 %.* left\] 1 of 2 done; b: in the midst of it", done.stderr)
     assert all(len(x) < 80 for line in done.stderr.split("\n") for x in line.split("\r"))
     stay = [line.split("\r")[-1].strip() for line in done.stderr.split("\n")]
     assert stay[0].startswith("c: shown/c.h5 written, ")

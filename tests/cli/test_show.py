@@ -186,7 +186,9 @@ def test_what_is_missing_is_said_with_its_cost_and_its_cure(
 ) -> None:
     version = provenance.version
     monkeypatch.setattr(
-        provenance, "version", lambda name: provenance.ABSENT if name == library else version(name)
+        provenance,
+        "version",
+        lambda name: provenance.MISSING if name == library else version(name),
     )
     done = call(tmp_path, "doctor", "--json")
     [found] = [one for one in json.loads(done.stdout) if one["name"] == library]

@@ -53,6 +53,23 @@ def test_agrees_with_the_expected_values_and_an_invariant_of_fig4_and_fig5() -> 
     )
 
 
+@pytest.mark.parametrize(
+    ("A", "J1_0", "said"),
+    [
+        ((2, 1, "1.5"), "1e-8", "to O(mu) and 4e-08"),
+        ((2, 1, "1.5"), "0.001", "to O(mu) and 0.004"),
+        ((2, 1, "1.5"), "0.5", "little of the first symbol"),
+        # Of a splitting so small nearly all is missed by a start that is close to S1- elsewhere.
+        (("1.718", "1.484", "1.658"), "1e-8", "little of the first symbol"),
+    ],
+)
+def test_zeros_are_told_with_their_distance_from_changes_of_the_first_symbol(
+    A: Any, J1_0: str, said: str
+) -> None:
+    [row] = [x for x in theory_rows(Body(A, (1, 1, 0), "1e-4"), "1.3342", J1_0) if "zer" in x.name]
+    assert said in row.meaning
+
+
 def test_what_is_not_hyperbolic_or_not_resolved_is_said_to_be_so() -> None:
     elliptic = Body.from_angles(0.3, 3.0, 0.25, 0.5), 1
     edge = Body((2, 1, "1.5"), (1, 1, 0), 1), "1 + 1e-20"

@@ -14,7 +14,7 @@ from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.levels import surface
+from rigidpend.routes.symbolic.levels import orbits_of
 from rigidpend.routes.symbolic.stretching import stretched
 from tests.experiments.trees import asked, computed, reference
 from tests.routes.symbolic.fig4 import BODY, H
@@ -37,7 +37,7 @@ def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
     assert data["exponent"].shape == (4, 6)
     problem = RouteProblem(BODY, H, exact("1e-7"), 3)
     for row, y in enumerate(data["log10_J1_0"]):
-        seen = stretched(surface(problem), data["theta2_0"], np.full(6, 10.0**y), 3)
+        seen = stretched(orbits_of(problem), data["theta2_0"], np.full(6, 10.0**y), 3)
         known = np.isfinite(data["exponent"][row])
         assert known.sum() >= 5
         np.testing.assert_allclose(

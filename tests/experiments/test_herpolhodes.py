@@ -49,3 +49,14 @@ def test_a_route_that_is_not_certain_or_is_left_is_no_result(
     monkeypatch.setattr(herpolhodes, "separatrices", lambda _: np.array([2, 1, 4, 3, 4, 3]))
     with pytest.raises(ArithmeticError, match=r"theta2_0 = 1\.02: .* leaves the route"):
         computed(content)
+
+
+@pytest.mark.parametrize("J1_0", ["1e-9", "0.05", "0.3", "0.6"])
+def test_plateaus_are_those_of_theta3_wherever_on_separatrix_2_the_orbit_starts(J1_0: str) -> None:
+    """Halfway between crossings, up to a hundredth of an increment."""
+    settings = "problem.mu=1e-4", f"problem.J1_0={J1_0}", "problem.n_symbols=3"
+    for case in computed(asked("fig5", *settings)).values():
+        crossing = case["crossing_time"]
+        halfway = np.searchsorted(case["t"], (crossing[1:] + crossing[:-1]) / 2)
+        gap = np.abs(case["theta3"][halfway] - case["plateaus"][1:-1]).max()
+        assert gap < 0.01 * np.abs(np.diff(case["plateaus"])).max()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.precession.compute import in_order
+from rigidpend.experiments.precession.draw import draw, tables
 from tests.experiments.trees import asked, computed, unlike_stored
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
@@ -65,3 +66,16 @@ def test_an_order_holds_or_does_not(
     groups: Any, gained: list[float], error: float, holds: bool
 ) -> None:
     assert in_order(np.array(gained, dtype=float), error, groups) is holds
+
+
+def test_increments_are_not_called_none_where_weights_are_too_few_for_a_slope() -> None:
+    two = "problem.mu=[0.01, 0.1]", "problem.drawn=0.1"
+    data = computed(asked("precession", *two))
+    assert np.isnan(data["bodies"]["slope"]).all()
+    loaded: Any = {"data": data}
+    figure = draw(loaded)
+    texts = [[text.get_text() for text in axes.texts] for axes in figure.axes]
+    said = [[text for text in each if "no increment" in text] for each in texts]
+    # Only the Hess case, along separatrices 1 and 3.
+    assert said == [[], [], ["iii) no increment: rounding"], []]
+    assert tables(loaded)[1].rows[0][2:] == ("not fitted", "not fitted")

@@ -127,7 +127,7 @@ def test_long_passages_are_told_before_they_begin(
 def test_what_maps_decided_is_told_where_there_was_a_choice(
     content: Any, data: Data, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rigidpend.routes.costs.LEAST", 0.0)
+    monkeypatch.setattr("rigidpend.routes.costs.LEAST_SECONDS", 0.0)
     monkeypatch.setattr("rigidpend.routes.costs.budget", lambda *_: float("inf"))
     mapped = result(content, arithmetic=resolve(DEFAULT_ENGINE, None, (53,)))
     assert mapped["only"]["by_map"].all()

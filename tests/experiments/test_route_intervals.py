@@ -98,8 +98,8 @@ def test_the_whole_line_is_searched_and_what_is_found_is_stored(
     stored: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problem, parts, jobs = stored.config.problem, list[str](), 3
-    within = Mock(side_effect=lambda of, *_: [x for x in stored.found if x.of == of])
-    monkeypatch.setattr(interval_search, "within", within)
+    within = Mock(side_effect=lambda of, *_: [x for x in stored.found if x.interval == of])
+    monkeypatch.setattr(interval_search, "proven_intervals", within)
     made = computed(stored.config, parts, jobs=jobs)
     setting = ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
     given = setting, Fraction(1, 10**8), problem.n_symbols, problem.halvings
@@ -114,7 +114,7 @@ def test_the_whole_line_is_searched_and_what_is_found_is_stored(
 
 def test_intervals_of_which_nothing_is_proven_are_no_result(monkeypatch: Any) -> None:
     within = Mock(side_effect=lambda of, *_: [ProvenInterval(of, [], [])])
-    monkeypatch.setattr(interval_search, "within", within)
+    monkeypatch.setattr(interval_search, "proven_intervals", within)
     with pytest.raises(ArithmeticError, match="no symbol is proven on any interval"):
         computed(asked("fig4_intervals", "problem.halvings=3"))
     tried = [call.args[0] for call in within.call_args_list]
@@ -125,11 +125,11 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
     stored: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each that has symbols is proven, by its own steps, in the problem of the config."""
-    problem, known = stored.config.problem, {x.of: x for x in stored.found if x.symbols}
+    problem, known = stored.config.problem, {x.interval: x for x in stored.found if x.symbols}
     starts = EnclosedStarts.of(problem.body, problem.h0, Fraction(1, 10**8))
     symbols = Mock(side_effect=lambda _, interval, __: known[interval].symbols)
     monkeypatch.setattr(intervals, "symbols", symbols)
-    shares = [sum(x.of.share for x in stored.found if len(x.symbols) >= n) for n in (1, 2)]
+    shares = [sum(x.interval.share for x in stored.found if len(x.symbols) >= n) for n in (1, 2)]
     said = compute.theorems(stored.config, stored.data)
     assert said == [
         f"{n} symbol{'s' * (n > 1)}, the same on each interval, of all starts on {share} of the"
@@ -142,7 +142,7 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
     assert sorted(steps) == sorted((of, list(x.pieces)) for of, x in known.items())
     # More than is stored may come out, and nothing else.
     one = next(x for x in stored.found if len(x.symbols) == 1)
-    part = one.of, one.pieces, [int(one.symbols[0]), NO_SYMBOL]
+    part = one.interval, one.pieces, [int(one.symbols[0]), NO_SYMBOL]
     monkeypatch.setattr(compute, "arranged", lambda *_: ([part], shares))
     for found, well in (([*one.symbols, True], True), ([not one.symbols[0]], False), ([], False)):
         symbols.side_effect = [found]

@@ -12,12 +12,20 @@ import pytest
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
 from rigidpend.experiments.splitting import slope_change
-from rigidpend.experiments.splitting.compute import cost, largest
+from rigidpend.experiments.splitting.compute import cost, describe, largest
+from rigidpend.experiments.splitting.draw import draw
 from tests.experiments.trees import asked, computed, differences, unlike_stored
 
 A = "a: {A: [2, 0.2, 1.8], r: [sqrt(0.2), sqrt(1.6), 0]}"
 BODIES = f"{{{A}, fig4: {{A: [2, 1, 1.5], r: [1, 1, 0]}}}}"
 SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.phases=9"]
+
+FLAT = (
+    "problem.bodies={s: {A: [1.002, 1, 1.001], r: [1, 1, 0]}}",
+    "problem.mu=[1e-3, 1e-2]",
+    "problem.drawn=s",
+)
+"""A body whose nu is 1572."""
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +45,7 @@ def test_all_is_as_it_is_stored_of_these_bodies_and_weights(data: Any) -> None:
 
 
 def test_a_splitting_below_all_doubles_has_a_cost_and_no_overflow() -> None:
-    flat = asked("splitting", "problem.bodies={s: {A: [1.002, 1, 1.001], r: [1, 1, 0]}}",
-                 "problem.mu=[1e-3, 1e-2]", "problem.drawn=s")  # fmt: skip
+    flat = asked("splitting", *FLAT)
     with np.errstate(all="raise", under="ignore"):
         assert cost(flat) > cost(asked("splitting", *SMALL))
 
@@ -111,3 +118,15 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
     assert np.isfinite(data["curve"]["measured"][0]).all()
     assert np.isnan(data["curve"]["measured"][1]).all()
     assert differences("splitting", data, copy.deepcopy(data)) == []
+
+
+def test_a_splitting_below_all_doubles_is_described_computed_and_drawn_as_not_resolved() -> None:
+    flat = asked("splitting", *FLAT, "numerics.precisions=[53]")
+    [row] = describe(flat)
+    assert "distance = 8.492e-677 mu cos g" in row.value
+    with np.errstate(all="raise", under="ignore"):
+        data = computed(flat)
+    assert not data["bodies"]["resolved"].any()
+    assert np.isnan(data["bodies"]["excess"]).all()
+    loaded: Any = {"data": data}
+    assert len(draw(loaded).axes) == 4

@@ -1,205 +1,198 @@
-"""Words for people: progress and the time that is left, tables in three forms, numbers."""
+"""Words for people: progress and the time that is left, tables of text, numbers."""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import math
+import os
 import re
+import sys
+import time
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from rigidpend.machine import wording
+from rigidpend.machine import progress, wording
 from rigidpend.machine.progress import PartDone, Progress, duration
-from rigidpend.machine.wording import (
-    Column,
-    Table,
-    columns,
-    counted,
-    html,
-    markdown,
-    seconds,
-    times,
-)
+from rigidpend.machine.wording import Column, Table, columns, counted, markdown, seconds, times
 
 
 class Terminal(io.StringIO):
-    """What takes text as a terminal does, and shows it."""
+    """A stderr that takes text as a terminal does, and shows it."""
+
+    width = 70
 
     def isatty(self) -> bool:
         return True
 
+    def fileno(self) -> int:
+        return 2
+
     def screen(self) -> list[str]:
-        """What stands there in the end: after a carriage return text is written over."""
-        lines = []
-        for line in self.getvalue().split("\n"):
-            row = ""
-            for text in line.split("\r"):
-                row = text + row[len(text) :]
-            lines.append(row.rstrip())
-        return lines
+        """What stands there: tqdm covers with blanks what it writes over."""
+        return [line.split("\r")[-1].rstrip() for line in self.getvalue().split("\n")]
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """The time of the display, and of tqdm: as a test says."""
+    clock = SimpleNamespace(now=0.0)
+    for name in ("rigidpend.machine.progress.time", "tqdm.std.time"):
+        monkeypatch.setattr(name, lambda: clock.now)
+    return clock
+
+
+@pytest.fixture
+def log(capsys: pytest.CaptureFixture[str]) -> Callable[[], str]:
+    """What is new on stderr, which is no terminal."""
+    return lambda: capsys.readouterr().err
 
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "60")
-    return Terminal()
+    monkeypatch.setattr(progress, "PERIOD", 0.01)
+    made = Terminal()
+    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((made.width, 24)))
+    return made
 
 
-class Clocked(Progress):
-    """Progress at times that a test says; what it writes goes nowhere, if nothing else is said."""
-
-    def __init__(self, total: int, *given: Any, stream: Any = None, **more: Any) -> None:
-        self.now = 0.0
-        stream = io.StringIO() if stream is None else stream
-        super().__init__(total, *given, stream=stream, clock=lambda: self.now, **more)
-
-    def at(self, now: float) -> Clocked:
-        self.now = now
-        return self
-
-
-def test_the_time_left_is_what_the_share_done_took_so_far() -> None:
-    course = Clocked(2)
-    assert course.left() is None
-    course.at(10.0).hear("a", "computing")
-    assert course.at(15.0).left() is None
-    course.end("a", well=True)
-    # Half of all in 5 s.
-    assert course.left() == pytest.approx(5.0)
-    course.at(20.0).hear("b", "computing")
-    course.at(29.0).hear("b", PartDone("the ninth level", 9, 20))
-    # 0.45 of the second in 9 s.
-    assert course.left() == pytest.approx(11.0)
-    course.hear("b", PartDone("of another array", 2, 10))
-    course.hear("b", "9 of 10, in words")
-    assert course.left() == pytest.approx(11.0)
-    assert course.said() == "1 of 2 done, 19 s, about 11 s left"
-    course.at(40.0).end("b", well=True)
-    assert course.left() == 0.0
-
-
-def test_what_experiments_are_expected_to_take_counts_before_they_begin() -> None:
-    course = Clocked(3, {"a": 2.0, "zoom": 100.0, "b": 1.0})
-    assert course.left() is None
-    course.hear("a", "computing")
-    assert course.left() == pytest.approx(103.0)
-    # It takes twice as long as expected, and so will the others.
-    course.at(4.0).end("a", well=True)
-    assert course.left() == pytest.approx(202.0)
-    course.hear("zoom", "computing")
-    assert course.at(54.0).left() == pytest.approx(152.0)
-    # What takes longer than expected and says nothing has no time left.
-    assert course.at(260.0).left() is None
-    assert course.said() == "1 of 3 done, 4 min"
-    # A twentieth of it in 60 s: its own pace and what is expected count alike.
-    course.at(64.0).hear("zoom", PartDone("level", 1, 20))
-    assert course.left() == pytest.approx(0.95 * (1200 + 200) / 2 + 2)
-
-
-def test_the_time_left_learns_from_late_parts_more_than_from_early_ones() -> None:
-    """Tables first, then a part a second: half-way the rest takes what late parts take."""
-    course = Clocked(1, {"a": 10.0})
-    course.hear("a", "computing")
-    for done in range(1, 51):
-        course.at(49.0 + done).hear("a", PartDone("part", done, 100))
-    # By the mean of all parts it would be 99 s, by what was expected 5 s.
-    assert course.left() == pytest.approx(50.0, rel=0.1)
-
-
-def test_several_at_a_time_share_what_is_left() -> None:
-    course = Clocked(4, dict.fromkeys("abcd", 10.0), 2)
-    for name in "ab":
-        course.hear(name, "computing")
-    assert course.left() == pytest.approx(20.0)
-    course.at(10.0).end("a", well=True)
-    assert course.left() == pytest.approx(10.0)
-    assert course.said().startswith("1 of 4 done, 10 s, about ")
-
-
-def test_what_is_soon_over_says_nothing(terminal: Terminal) -> None:
-    for stream, said in ((io.StringIO(), "a: at last\n"), (terminal, "a: at last")):
-        shown = Clocked(1, stream=stream, patience=2.0)
-        shown.hear("a", "computing")
-        assert not stream.getvalue()
-        shown.at(2.5).hear("a", "at last")
-        assert said in stream.getvalue()
-
-
-def test_a_terminal_keeps_the_last_line_of_each(terminal: Terminal) -> None:
-    shown = Clocked(2, stream=terminal)
-    shown.tell("x: up to date")
-    for name in "ab":
-        shown.hear(name, "computing, with a long line that does not fit into the width")
-        assert len(terminal.screen()[-1]) < 60
-        assert terminal.screen()[-1].startswith(f"[{'ab'.index(name)} of 2 done")
-        shown.hear(name, PartDone("written", 1, 2))
-        assert terminal.screen()[-1].endswith(f"{name}: written")
-        shown.end(name, well=True)
-    assert terminal.screen() == ["x: up to date", "a: written", "b: written", ""]
-    # None wraps, with the blanks that write over the rest of a longer one.
-    assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 60
-
-
-def test_room_is_made_for_others_and_what_failed_or_was_interrupted_leaves_no_line(
-    terminal: Terminal,
+def test_the_time_left_is_estimated_from_shares_by_what_experiments_are_expected_to_take(
+    log: Callable[[], str], clock: SimpleNamespace
 ) -> None:
-    shown = Clocked(2, stream=terminal)
+    """Here a takes twice as long as expected, and so will the rest of the others."""
+    shown = Progress(3, {"a": 2.0, "b": 5.0}, 2)
     shown.hear("a", "computing")
-    shown.end("a", well=False)
-    assert terminal.screen() == [""]
-    with contextlib.suppress(KeyboardInterrupt), shown:
-        shown.hear("b", "computing")
-        raise KeyboardInterrupt
-    terminal.write("rigidpend: words\n")
-    assert terminal.screen() == ["rigidpend: words", ""]
+    clock.now = 4.0
+    shown.end("a", well=True)
+    assert log().endswith("[25 % of about 4 s, 00:04, 00:12 left] 1 of 3 done\n")
+    clock.now = 10.0
+    shown.hear("b", PartDone("part 3 of 5", 3, 5))
+    assert log() == "[62 % of about 4 s, 00:10, 00:06 left] 1 of 3 done; b: part 3 of 5\n"
+    # The share of another array in it, which takes nothing back.
+    clock.now = 14.0
+    shown.hear("b", PartDone("part 1 of 5", 1, 5))
+    assert log() == ""
+
+
+def test_finished_parts_of_an_earlier_run_tell_nothing_of_the_pace(
+    log: Callable[[], str], clock: SimpleNamespace
+) -> None:
+    shown = Progress(1)
+    clock.now = 1.0
+    shown.hear("a", PartDone("part", 90, 100))
+    clock.now = 11.0
+    shown.hear("a", PartDone("part", 91, 100))
+    assert log() == "[91 %, 00:11, 01:29 left] 0 of 1 done; a: part\n"
+
+
+def test_a_notebook_can_replace_a_line_as_a_terminal_can(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not progress.changes()
+    monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    assert progress.changes()
+
+
+def test_what_is_soon_over_says_nothing(log: Callable[[], str], clock: SimpleNamespace) -> None:
+    shown = Progress(1, patient=True)
+    clock.now = 29.0
+    shown.hear("a", "computing")
+    shown.hear("a", PartDone("part", 1, 9))
+    assert log() == ""
+    clock.now = 31.0
+    shown.hear("a", "at last")
+    assert log() == "a: at last\n"
+
+
+def test_a_log_is_told_of_parts_now_and_then(
+    log: Callable[[], str], clock: SimpleNamespace
+) -> None:
+    with Progress(1) as shown:
+        shown.hear("a", "computing")
+        for at in (0.2, 2.5, 2.6, 4.4, 4.6, 9.0):
+            clock.now = at
+            shown.hear("a", PartDone(f"part at {at}", at, 10))
+    written = log()
+    assert re.findall(r"part at ([\d.]+)", written) == ["2.5", "4.6", "9.0"]
+    assert "\r" not in written
 
 
 LINES = "a: computing\na: at last\n"
-TIMED = "".join(f"    2.50 s  {x}\n" for x in ("planned", "a: computing", "a: at last"))
+TIMED = "".join(f"    2.50 s  {x}\n" for x in ("planned", "a: computing", "a: part", "a: at last"))
 
 
 @pytest.mark.parametrize(
-    ("options", "well", "said"),
-    [
-        ({}, True, f"{LINES}1 of 2 done, 4 s, about 4 s left\n"),
-        ({}, False, LINES),
-        ({"quiet": True}, True, ""),
-        ({"verbose": True}, False, TIMED),
-    ],
+    ("how", "said"), [({}, LINES), ({"quiet": 1}, ""), ({"verbose": 1}, TIMED)]
 )
-def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_left(
-    terminal: Terminal, monkeypatch: pytest.MonkeyPatch, options: Any, well: bool, said: str
+def test_a_dumb_terminal_has_plain_lines_verbose_all_with_their_times_and_quiet_none(
+    terminal: Terminal, clock: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, how: Any, said: str
 ) -> None:
-    """Verbose has details and times, and quiet nothing; a dumb terminal cannot go back."""
     monkeypatch.setenv("TERM", "dumb")
-    with Clocked(2, stream=terminal, **options).at(2.5) as shown:
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with Progress(1, **how) as shown:
+        clock.now = 2.5
         shown.tell("planned", detail=True)
+        for line in ("computing", PartDone("part", 0, 2), "at last"):
+            shown.hear("a", line)
+        shown.end("a", well=False)
+    assert terminal.getvalue().partition("[")[0] == said
+
+
+def waits_for(text: str, terminal: Terminal) -> None:
+    deadline = time.monotonic() + 20
+    while text not in terminal.screen()[-1]:
+        assert time.monotonic() < deadline, terminal.screen()
+        time.sleep(0.01)
+
+
+def test_a_terminal_has_one_line_that_changes_and_keeps_the_last_of_what_ended_well(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", terminal)
+    shown = Progress(3)
+    with contextlib.suppress(KeyboardInterrupt), shown:
+        shown.tell("x: up to date")
+        for name, well in (("a", True), ("b", False), ("c", True)):
+            # Made narrower meanwhile.
+            terminal.width -= 5
+            shown.hear(name, "computing, with a long line that does not fit into the width")
+            waits_for(f"done; {name}: computing", terminal)
+            assert len(terminal.screen()[-1]) < terminal.width
+            shown.hear(name, PartDone("written", 1, 2))
+            waits_for(f"{'abc'.index(name)} of 3 done; {name}: written", terminal)
+            if name == "c":
+                raise KeyboardInterrupt
+            shown.end(name, well=well)
+            shown.clear()
+    assert terminal.screen() == ["x: up to date", "a: written", ""]
+    # None wraps, with the blanks that write over the rest of a longer one.
+    assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 70
+
+
+def test_work_that_ends_before_its_first_part_leaves_no_line(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with Progress(1) as shown:
         shown.hear("a", "computing")
-        shown.hear("a", "at last")
-        shown.at(6.5).end("a", well=well)
-    assert terminal.getvalue() == said
+        waits_for("a: computing", terminal)
+    assert terminal.screen() == [""]
 
 
-def test_a_log_has_no_word_on_what_is_left_where_nothing_tells() -> None:
-    file = io.StringIO()
-    with Clocked(2, stream=file) as shown:
-        shown.hear("b", "computing")
-        shown.at(4.0).end("a", well=True)
-    assert file.getvalue() == "b: computing\n"
+@pytest.mark.parametrize(("number", "ends"), [(errno.ENOSPC, False), (errno.EPIPE, True)])
+def test_a_full_disk_loses_messages_and_a_reader_that_ended_is_told_of(
+    monkeypatch: pytest.MonkeyPatch, number: int, ends: bool
+) -> None:
+    class Broken(io.StringIO):
+        def write(self, text: str) -> int:
+            raise OSError(number, "failed")
 
-
-def test_a_log_is_told_of_parts_now_and_then_and_of_the_last() -> None:
-    log = io.StringIO()
-    shown = Clocked(1, stream=log)
-    shown.at(8.0).hear("a", "continues from 2 finished parts")
-    # The finished ones come at once.
-    for at in (8.1, 8.2, 10.0, 11.9, 12.1, 14.0, 14.2, 15.0):
-        shown.at(at).hear("a", PartDone(f"part at {at}", round(10 * at), 150))
-    assert re.findall(r"part at ([\d.]+)", log.getvalue()) == ["10.0", "12.1", "14.2", "15.0"]
+    monkeypatch.setattr(sys, "stderr", Broken())
+    with pytest.raises(BrokenPipeError) if ends else contextlib.nullcontext(), Progress(1) as shown:
+        shown.hear("a", "computing")
 
 
 TABLE = Table("Times", ("method", "time"), [("a|b", "1 s"), ("<long name>", "20.5 ms")], "a note")
@@ -221,7 +214,7 @@ def test_columns_are_wrapped_where_a_line_has_no_room() -> None:
     assert list(columns([("one", "")], 3)) == ["one"]
 
 
-def test_a_table_has_three_forms_which_align_or_escape_every_cell() -> None:
+def test_a_table_is_aligned_on_a_terminal_and_escaped_in_markdown() -> None:
     assert list(wording.terminal(TABLE)) == [
         "Times",
         "  method          time",
@@ -233,10 +226,6 @@ def test_a_table_has_three_forms_which_align_or_escape_every_cell() -> None:
     rows = ["| method | time |", "| --- | --- |", "| a&#124;b | 1 s |", "| <long name> | 20.5 ms |"]
     assert list(markdown(TABLE)) == ["Times", "", *rows, "", "a note"]
     assert next(markdown(TABLE._replace(caption=""))) == rows[0]
-    text = html(TABLE._replace(note="<b>"))
-    assert "<td>&lt;long name&gt;</td>" in text
-    assert '<p class="note">&lt;b&gt;</p>' in text
-    assert text.count("<tr>") == 3
 
 
 @pytest.mark.parametrize(

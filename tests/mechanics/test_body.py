@@ -84,6 +84,9 @@ def test_agrees_from_angles_with_the_angles_given(
         # The perpendicular to the circular section of the gyration ellipsoid.
         ((2, 1, "1.5"), (1, "sqrt(2)", 0), ("Hess",)),
         ((2, "0.2", "1.8"), (1, 2, 0), ("flat",)),
+        # By the rounding of doubles of any size.
+        (("2e9", "0.2e9 + 1e-7", "1.8e9"), (1, 2, 0), ("flat",)),
+        (("2e-9", "0.2e-9 + 1e-20", "1.8e-9"), (1, 2, 0), ()),
         ((2, "0.2", "1.8"), ("sqrt(0.2)", "sqrt(1.6)", 0), ("Grioli", "flat")),
         ((2, "0.2", "1.8"), ("sqrt(0.04)", "sqrt(3.2)", 0), ("Hess", "flat")),
         ((2, "1.5", "1.8"), (0, 1, 0), ()),
@@ -128,6 +131,12 @@ def test_eq_cond_P_is_refused_where_broken_with_condition_and_values(
     assert [caught.value.field] == list(change)
 
 
+def test_directions_that_doubles_put_beyond_their_ends_are_those_of_the_ends() -> None:
+    beta0 = math.nextafter(math.pi, 4)
+    assert Body.from_angles(2, beta0, "1.5", 0).beta0 == pytest.approx(math.pi, abs=1e-15)
+    assert Body((2, 1, "1.5"), (f"cos({beta0!r}/2)", 1, 0), 0).beta0 == pytest.approx(math.pi)
+
+
 @pytest.mark.parametrize(
     ("angles", "message"),
     [
@@ -163,6 +172,8 @@ def test_invariant_a_body_is_a_value() -> None:
         ((1, 1, 0), ("sqrt(1/2)", "sqrt(1/2)", 0)),
         (("sqrt(2)*1e-20", 0, 0), (1, 0, 0)),
         ((0, "1e300", 0), (0, 1, 0)),
+        # Nearly of length one.
+        ((0, "1 + 1e-25", 0), (0, 1, 0)),
     ],
 )
 def test_agrees_r_with_the_unit_vector_at_any_precision(r: Any, unit: Any) -> None:

@@ -46,8 +46,8 @@ def leaves(orbit: PeriodicOrbit) -> bool:
 def assert_solves_eq1(orbit: PeriodicOrbit, p: Angles, points: int = 1 << 10) -> None:
     """theta1 is that of many more steps, whose slope by Fourier is its rate by (eq1)."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(floquet, "FEWEST", points // 2)
-        patch.setattr(floquet, "MOST", points)
+        patch.setattr(floquet, "FEWEST_STEPS", points // 2)
+        patch.setattr(floquet, "MOST_STEPS", points)
         finer = periodic_orbit(p, 1.0, orbit.family, orbit.epsilon)
     np.testing.assert_allclose(orbit.theta1, finer.theta1[:: points // orbit.tau.size], atol=3e-14)
     times = np.linspace(0, finer.period, points, endpoint=False)
@@ -159,6 +159,6 @@ def test_order_of_rounding_beside_a_symmetric_body(mu: str, h0: float) -> None:
 def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="epsilon is 1 or -1"):
         periodic_orbit(FIG4, 1.0, 1, 2)
-    monkeypatch.setattr(floquet, "MOST", 32)
+    monkeypatch.setattr(floquet, "MOST_STEPS", 32)
     with pytest.raises(ArithmeticError, match="32 steps don't settle the periodic orbit at h0 = "):
         periodic_orbit(FIG4, 1.0)

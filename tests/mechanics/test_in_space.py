@@ -72,7 +72,7 @@ def test_increments_keep_their_digits_where_alpha0_is_near_pi() -> None:
 @pytest.mark.parametrize(
     ("beta0", "found", "order"),
     [
-        ("pi", Regime.i, "1 = 2 > 0 > 3 = 4"),
+        *((x, Regime.i, "1 = 2 > 0 > 3 = 4") for x in ("pi", "3.141592653589793")),
         *((x, Regime.ii, "2 > 1 > 0 > 3 > 4") for x in ("pi - 1e-13", "2.5", "2 + 1e-13")),
         ("2", Regime.iii, "2 > 0 = 1 = 3 > 4"),
         *((x, Regime.iv, "2 > 3 > 0 > 1 > 4") for x in ("2 - 1e-13", "1", "1e-13")),

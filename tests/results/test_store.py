@@ -22,7 +22,7 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.data import FLAG, FLOAT, WHOLE, Coming, Field, Layout, Streamed, Tree
 from rigidpend.machine import files
-from rigidpend.results import damage, store
+from rigidpend.results import damage, store, structure
 from rigidpend.results.store import OtherVersion, StoreError
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
@@ -172,6 +172,7 @@ def told(place: str = "/", /, **values: Any) -> Callable[[Any], None]:
         *((told(format_version=x), f"{VERSION} {x}, this program") for x in (0, "1")),
         (lambda file: file.attrs.pop("format_version"), f"{VERSION} None, this program reads 1"),
         (told(**{str(k): k for k in range(65)}), "attributes, too many"),
+        (told(name="a" * 1001), "its attribute name is not a short text"),
         (told("data/ant", more=h5py.Empty("f")), "an attribute without a value"),
         (told("data/count", more=1j), "an attribute that is neither a text nor a number"),
         *(
@@ -186,6 +187,50 @@ def test_a_file_that_is_made_otherwise_is_refused(
     with h5py.File(path, "a") as file:
         change(file)
     assert said in refusal(path)
+
+
+DOUBLES: Any = Field(FLOAT, (10,), "1", "ten")
+
+
+@pytest.mark.parametrize(
+    ("changes", "layout", "most", "objects", "said"),
+    [
+        # A text is 8 bytes, a pointer, and each array 80.
+        ({}, DOUBLES, 168, 5, ""),
+        ({}, DOUBLES, 167, 5, "data/b is too large"),
+        ({}, DOUBLES, 168, 4, "data has 2 members, too many"),
+        ({"chunks": (10,)}, DOUBLES, 248, 5, ""),
+        ({"chunks": (10,)}, DOUBLES, 247, 5, "data/b is stored in pieces that are too large"),
+        ({"data": np.zeros(0)}, Field(FLOAT, ("n+1",), "1", "ends"), 500, 5, "another shape"),
+    ],
+)
+def test_limits_are_those_of_all_arrays_together(
+    changes: Any, layout: Any, most: int, objects: int, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(structure, "OBJECTS", objects)
+    with h5py.File.in_memory() as file:
+        file["config"], _ = "{}", file.create_group("provenance")
+        for name in "ab":
+            file.create_dataset(f"data/{name}", **{"data": np.zeros(10), **changes})
+        checker, root = structure.Checker(most), h5py.h5g.open(file.id, b"/")
+        if not said:
+            assert checker.file(root, {"a": layout, "b": layout}) == 5
+            return
+        with pytest.raises(StoreError, match=said):
+            checker.file(root, {"a": layout, "b": layout})
+
+
+def test_an_attribute_is_small_by_its_bytes() -> None:
+    with h5py.File.in_memory(libver="latest") as file:
+        file.attrs["x"] = np.zeros(2**13)
+        structure.attributes("/", file.id)
+        file.attrs["x"] = np.zeros(2**13 + 1)
+        with pytest.raises(StoreError, match="an attribute that is too large"):
+            structure.attributes("/", file.id)
+
+
+def test_a_longer_file_may_be_read_for_longer() -> None:
+    assert damage.seconds(3 * 2**19) == damage.seconds(0) + 3
 
 
 @pytest.mark.parametrize("error", [RuntimeError("mine"), OSError("mine"), KeyError("mine")])

@@ -30,7 +30,7 @@ FEW = np.array([0.3, 1.2, 2.2, 3.1, 5.0])
 
 
 def of_starts(monkeypatch: pytest.MonkeyPatch, many: bool, jobs: int = 1) -> Cells:
-    monkeypatch.setattr(costs, "LEAST", 0.0 if many else math.inf)
+    monkeypatch.setattr(costs, "LEAST_SECONDS", 0.0 if many else math.inf)
     monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
     given = PROBLEM, THETA2, J1_0, resolve(None, None, (53, 64)), jobs
     return cells_of_starts(*given, ends=(1e-10, 1e-4), orbits=1000)

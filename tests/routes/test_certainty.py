@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.routes.certainty import FIRST, LINEAR, SECOND, THIRD, agreement, decide, undivided
+from rigidpend.routes.certainty import (
+    FIRST_SCALES,
+    LIMIT_OF_UNEQUAL,
+    SECOND_SCALES,
+    THIRD_SCALES,
+    agreement,
+    decide,
+    undivided,
+)
 from rigidpend.routes.start import Scales
 
 RATE, LIMIT = 2.0, 1e-3
@@ -75,7 +83,7 @@ class Noted:
     """
 
     def __init__(self, **late: Any) -> None:
-        scales = {"first": FIRST, "second": SECOND, "third": THIRD}
+        scales = {"first": FIRST_SCALES, "second": SECOND_SCALES, "third": THIRD_SCALES}
         split = {key.partition("_"): np.asarray(by) for key, by in late.items()}
         self.late = {(int(bits), scales[name]): by for (name, _, bits), by in split.items()}
         self.asked: list[tuple[int, Scales, list[int]]] = []
@@ -120,28 +128,28 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
     found = decide(noted, len(table), 1.0, (53,))
     np.testing.assert_array_equal(found.certain, np.arange(3)[:, None] < symbols)
     asked = [k for k, by in enumerate(third) if by != UNASKED]
-    assert noted.asked[2:] == [(53, THIRD, asked)]
+    assert noted.asked[2:] == [(53, THIRD_SCALES, asked)]
 
 
 @pytest.mark.parametrize(
     ("ladder", "limit"),
     [
-        ((53, 106), LINEAR),
-        ((53, 64), LINEAR),
-        ((53, 61), LINEAR / 8),
+        ((53, 106), LIMIT_OF_UNEQUAL),
+        ((53, 64), LIMIT_OF_UNEQUAL),
+        ((53, 61), LIMIT_OF_UNEQUAL / 8),
         # The last one before counts, and not the first.
-        ((53, 64, 72), LINEAR / 8),
+        ((53, 64, 72), LIMIT_OF_UNEQUAL / 8),
     ],
 )
 def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
-    assert LINEAR == 1e-2
+    assert LIMIT_OF_UNEQUAL == 1e-2
     # Each is a radian or more from the one before it, but for the last.
     *between, last = (f"first_{bits}" for bits in ladder[1:])
     late = {last: np.array([0.99, 1.01]) * limit + len(between)}
     late |= {key: np.ones(2) for key in between}
     noted = Noted(first_53=np.ones(2), second_53=np.zeros(2), **late)
-    found = decide(noted, 2, 1.0, ladder, most=lambda bits: 1 + (bits == 53))
+    found = decide(noted, 2, 1.0, ladder, most_computations=lambda bits: 1 + (bits == 53))
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
@@ -166,8 +174,8 @@ def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
     assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3)), False]
     assert found.bits.tolist() == [53, *[106] * 4]
     every = list(range(5))
-    asked = [(53, FIRST, every), (53, SECOND, every), (106, FIRST, every[1:])]
-    asked += [(106, SECOND, [2, 3, 4]), (106, THIRD, [3])]
+    asked = [(53, FIRST_SCALES, every), (53, SECOND_SCALES, every), (106, FIRST_SCALES, every[1:])]
+    asked += [(106, SECOND_SCALES, [2, 3, 4]), (106, THIRD_SCALES, [3])]
     assert noted.asked == asked[: 2 + most]
     assert found.crossings.time[:, 1].tolist() == BASE
     assert found.crossings.time[0, 4] == BASE[0] + (5 if most == 1 else 6), "the last one is kept"

@@ -21,7 +21,7 @@ from rigidpend.routes import certainty, choice, codes, costs, handover, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.start import Scales
-from rigidpend.routes.symbolic.levels import surface
+from rigidpend.routes.symbolic.levels import orbits_of
 from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4
 
@@ -38,7 +38,7 @@ def found(phases: Any = PHASES, body: Body = FIG4, **more: Any) -> RouteCodes:
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """Maps pay for any orbit."""
-    monkeypatch.setattr(costs, "LEAST", 0.0)
+    monkeypatch.setattr(costs, "LEAST_SECONDS", 0.0)
     monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
 
 
@@ -68,7 +68,7 @@ def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
     np.testing.assert_allclose(by_map.crossing_time[0], by_time.crossing_time[0], atol=1e-12)
     late = np.abs(by_map.crossing_time - by_time.crossing_time)
     after = np.vstack((both[:1], both))
-    assert late[after].max() < 20 * certainty.AGREEMENT
+    assert late[after].max() < 20 * certainty.LIMIT_OF_THREE
 
 
 def test_kept_maps_serve_few_orbits_that_are_asked_for_often(
@@ -125,15 +125,15 @@ def test_many_are_sampled_first_then_seldom(
 
 def test_maps_are_taken_where_they_pay_for_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not found(PHASES[:3], n_symbols=2).by_map.any()
-    monkeypatch.setattr(costs, "LEAST", 0.0)
+    monkeypatch.setattr(costs, "LEAST_SECONDS", 0.0)
     assert not found(PHASES[:3], n_symbols=2).by_map.any(), "tables would not pay"
     monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
     assert found(PHASES[:3], n_symbols=2).by_map.all()
     monkeypatch.undo()
-    whole = costs.LEAST / costs.integration(PROBLEM)
+    whole = costs.LEAST_SECONDS / costs.integration(PROBLEM)
     for of, pays in ((0.99 * whole, False), (10 * whole, True)):
         arithmetic = resolve(None, None, (53,))
-        part = codes.codes_of(PROBLEM, PHASES[:3], arithmetic, of=int(of))
+        part = codes.codes_of(PROBLEM, PHASES[:3], arithmetic, task_orbits=int(of))
         assert part.by_map.all() == pays, "a part is decided as all would be"
 
 
@@ -186,7 +186,7 @@ def test_what_maps_do_not_follow_or_serve_is_integrated_and_said_to_be(
         seen.outcome[columns == 3] = Outcome.NO_CROSSING
         seen.time[:, columns == 3] = math.nan
         # So that a third computation must decide, of which there is no map.
-        seen.time[:, columns == 5] += 1e-4 * (scales == certainty.SECOND)
+        seen.time[:, columns == 5] += 1e-4 * (scales == certainty.SECOND_SCALES)
         return seen
 
     monkeypatch.setattr(mapped.Maps, "crossings", but_two)
@@ -204,7 +204,7 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
         found(some, heavy, n_symbols=2, method="map")
     with pytest.raises(MapError, match="outside of the normal form"):
         found(some, n_symbols=2, J1_0="0.3", method="map")
-    monkeypatch.setattr(costs, "LEAST", 0.0)
+    monkeypatch.setattr(costs, "LEAST_SECONDS", 0.0)
     assert not found(some, heavy, n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LONG", 0.0)
     each = costs.integration(problem(symmetric, h0=1, n_symbols=1), (53,))
@@ -221,7 +221,7 @@ def test_orbits_that_start_beside_the_upper_periodic_orbit_have_no_map(above: st
         found(PHASES[:2], J1_0=J1_0, n_symbols=2, method="map")
     problem = replace(PROBLEM, J1_0=exact(J1_0))
     with pytest.raises(MapError, match="is above J2_0/2"):
-        surface(problem)
+        orbits_of(problem)
     assert mapped.expected_tables(problem, 1000, math.inf) == math.inf
     assert not found(PHASES, J1_0=J1_0, n_symbols=2).by_map.any()
 
@@ -237,7 +237,7 @@ def test_a_sample_of_all_is_in_doubles_and_of_few_in_more_bits(samples: list[Any
     ):
         samples.clear()
         arithmetic = resolve(None, None, (53, 106))
-        codes.codes_of(PROBLEM, PHASES[:100], arithmetic, 1, "map", of=100 * parts)
+        codes.codes_of(PROBLEM, PHASES[:100], arithmetic, 1, "map", task_orbits=100 * parts)
         assert samples == expected
 
 

@@ -20,7 +20,7 @@ from rigidpend.orbits.integrate.arithmetic import (
     resolve,
 )
 from rigidpend.routes import choice
-from rigidpend.routes.certainty import FIRST, LINEAR, SECOND, THIRD
+from rigidpend.routes.certainty import FIRST_SCALES, LIMIT_OF_UNEQUAL, SECOND_SCALES, THIRD_SCALES
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.run import tolerance_of
@@ -132,11 +132,12 @@ def test_second_computation_is_sharper_while_numbers_allow_it(engine: str) -> No
     """Series cut at one place leave out the same: the second is cut a hundred times finer."""
     finest, usual = FINEST_TOLERANCE[engine], DEFAULT_TOLERANCE[engine]
     sharper = {1e-6: 1e-8, 1e-30: finest, None: max(finest, usual / 100)}
+    every = FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
     for tolerance, further in sharper.items():
         arithmetic = resolve(engine, tolerance, (53, 113))
         expected = {53: (max(finest, tolerance or usual), further), 113: (finest, finest / 100)}
         for bits, (first, second) in expected.items():
-            told = [tolerance_of(arithmetic, bits, scales) for scales in (FIRST, SECOND, THIRD)]
+            told = [tolerance_of(arithmetic, bits, x) for x in every]
             assert told == [first, second, second]
 
 
@@ -160,7 +161,7 @@ def test_each_computation_has_its_tolerance(bits: int, integrations: list[Any]) 
     first, *others = (x["tolerance"] for x in integrations)
     usual = DEFAULT_TOLERANCE["taylor"] if bits == 53 else 2.0**-52
     assert first == usual
-    assert set(others) == {tolerance_of(resolve(), bits, SECOND)} != {first}
+    assert set(others) == {tolerance_of(resolve(), bits, SECOND_SCALES)} != {first}
 
 
 def test_jobs_change_no_bit_of_certified_codes() -> None:
@@ -217,7 +218,7 @@ def test_certain_in_doubles_alone_is_never_wrong(J1_0: str) -> None:
     assert not (wrong & found.certain).any()
     assert 0 < (~found.certain).sum() < 150, "some are known to be unknown"
     # A column that is certain to its end has times as good as the rule says.
-    assert late[-1, found.certain[-1]].max() < LINEAR / 2
+    assert late[-1, found.certain[-1]].max() < LIMIT_OF_UNEQUAL / 2
     if J1_0 == "1e-6":
         found, wrong, _ = computed(random_phases(J1_0), 2, **given, tolerance=1e-6)
         assert not (wrong & found.certain).any()

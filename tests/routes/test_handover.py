@@ -13,11 +13,13 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.records import columns as columns_of
-from rigidpend.orbits.return_map.build import SLACK
-from rigidpend.routes import certainty, choice, handover
+from rigidpend.orbits.return_map import ReturnMap
+from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS, FIRST
+from rigidpend.orbits.return_map.program import Program
+from rigidpend.routes import certainty, choice, costs, handover
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
-from rigidpend.routes.handover import LATEST, SETTLED, handed_over
+from rigidpend.routes.handover import LATEST, TIME_ERROR_BITS, handed_over
 from rigidpend.routes.mapped import Maps
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
@@ -41,7 +43,8 @@ def maps() -> Maps:
 def known(maps: Maps) -> Decided:
     compute, _ = choice.with_maps(maps, maps.run.crossings, ())
     within = tuple(x for x in maps.ladder if x <= maps.most_bits)
-    return certainty.decide(compute, len(PHASES), maps.run.rate, within, most=maps.most)
+    given = compute, len(PHASES), maps.run.rate, within
+    return certainty.decide(*given, most_computations=maps.most_computations)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +57,7 @@ def open_(known: Decided) -> Any:
 @pytest.fixture(scope="module")
 def exact(maps: Maps) -> Crossings:
     """What more bits find without a map."""
-    return maps.run.crossings(212, certainty.SECOND, np.arange(len(PHASES)))
+    return maps.run.crossings(212, certainty.SECOND_SCALES, np.arange(len(PHASES)))
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +70,7 @@ LADDER = 88, 106, 117, 128, 160, 500
 
 
 def taken_over(maps: Maps, bits: int, columns: Any, known: Decided) -> Any:
-    more = bits - maps.pair[LADDER.index(bits) % 2]
+    more = bits - maps.built_bits[LADDER.index(bits) % 2]
     return handover.handover(maps, more, columns, known)
 
 
@@ -86,8 +89,8 @@ def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrat
     at = taken_over(maps, bits, open_, known)
     some = at > 0
     assert some.sum() >= 2
-    found = handed_over(maps, nobody, known, LADDER)(bits, certainty.FIRST, open_[some])
-    by_integration = maps.run.crossings(bits, certainty.FIRST, open_[some])
+    found = handed_over(maps, nobody, known, LADDER)(bits, certainty.FIRST_SCALES, open_[some])
+    by_integration = maps.run.crossings(bits, certainty.FIRST_SCALES, open_[some])
     own = by_integration.time - columns_of(whole, some).time
     assert (found.outcome == Outcome.COMPLETE).all()
     assert (found.separatrix == by_integration.separatrix).all()
@@ -99,6 +102,35 @@ def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrat
     # What is known before errs by ten times as much and more.
     before = columns_of(known.crossings, open_[some]).time - columns_of(whole, some).time
     assert np.median(np.abs(before[-1] / own[-1])) > 10
+
+
+def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_map(
+    known: Decided, open_: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first map's own computation, of 82 bits, leaves terms out."""
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
+    maps, more, used, program = Maps(run()), list[int](), set[Any](), ReturnMap.program
+
+    def watched(made: ReturnMap, bits: int, *given: Any) -> Program:
+        used.add((made.design, made.bits, bits, given[-1] > 0))
+        return program(made, bits, *given)
+
+    def nowhere(_: Maps, by: int, columns: Any, __: Any) -> Any:
+        more.append(by)
+        return 0 * columns
+
+    monkeypatch.setattr(ReturnMap, "program", watched)
+    monkeypatch.setattr(handover, "handover", nowhere)
+    for bits in (106, 117):
+        compute = handed_over(
+            maps, lambda *_: columns_of(known.crossings, open_[:1]), known, LADDER
+        )
+        compute(bits, certainty.FIRST_SCALES, open_[:1])
+    assert more == [106 - 90, 117 - 90]
+    maps.crossings(82, certainty.FIRST_SCALES, open_)
+    beside_2 = np.array([[1, 1e-4, 0, 0.6, 0.8, 0]]).T
+    maps.onward(0, open_[:1], beside_2, np.zeros(1), 3, rising=True)
+    assert used == {(FIRST, 90, 82, True), (FIRST, 90, 90, False)}
 
 
 def told(error: Any, certain: Any) -> tuple[Any, Decided]:
@@ -133,7 +165,7 @@ def test_a_map_takes_over_where_an_error_has_grown_by_what_more_bits_gain(
 ) -> None:
     """By 2^13 bits more, for as much a map in doubles may err at first."""
     limit = 2.0**13 * 2.0**31 * 2.0**-53
-    assert SLACK == 2**13
+    assert ALLOWED_ROUNDINGS == 2**13
     error = np.full((20, 1), limit / 0.5 * 0.5)
     error[at], error[at + 1 :] = limit / 0.5 * factor, limit / 0.5 * 8
     established = (np.arange(19) < certain)[:, None]
@@ -168,8 +200,8 @@ RATE = run().rate
 @pytest.mark.parametrize(
     ("spoil", "whole"),
     [
-        (displaced(0.999 * certainty.CLOSE / RATE), False),
-        (displaced(1.001 * certainty.CLOSE / RATE), True),
+        (displaced(0.999 * certainty.LIMIT_OF_TWO / RATE), False),
+        (displaced(1.001 * certainty.LIMIT_OF_TWO / RATE), True),
         (mirrored, True),
         (before, True),
     ],
@@ -190,8 +222,8 @@ def test_an_orbit_that_is_not_where_it_is_known_to_cross_is_integrated_to_its_en
     # Where they are handed over is not what is on trial.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(handover, "handover", lambda *_: at)
-        handed_over(maps, integrated, wrong, LADDER)(88, certainty.FIRST, some)
-    assert asked == ([(88, certainty.FIRST, some.tolist())] if whole else [])
+        handed_over(maps, integrated, wrong, LADDER)(88, certainty.FIRST_SCALES, some)
+    assert asked == ([(88, certainty.FIRST_SCALES, some.tolist())] if whole else [])
 
 
 @pytest.mark.parametrize(("share", "whole"), [(0.99, False), (1.01, True)])
@@ -215,20 +247,20 @@ def test_the_orbit_that_is_left_beside_the_section_is_integrated_to_its_end(
         asked.extend(columns)
         return columns_of(known.crossings, columns)
 
-    assert SETTLED == 8
+    assert TIME_ERROR_BITS == 8
     monkeypatch.setattr(handover, "at_crossings", beside)
     at = taken_over(maps, 88, open_, known)
     at, some = at[at > 0], open_[at > 0]
     first = some[np.argmin(known.crossings.time[at, some])]
     assert first != some[0]
-    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST, some)
+    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST_SCALES, some)
     assert asked == ([first] if whole else [])
 
 
 def test_crossings_are_sought_until_none_is_late_and_what_is_left_is_told(
     maps: Maps, known: Decided, open_: Any
 ) -> None:
-    begin, states = maps.run.begin(88, certainty.FIRST, open_)
+    begin, states = maps.run.begin(88, certainty.FIRST_SCALES, open_)
     times = known.crossings.time[0, open_] - np.append(1e-3, np.zeros(len(open_) - 1))
     c, bits, tolerance = begin.coefficients, 88, 2.0**-52
     once, settled = (
@@ -258,7 +290,7 @@ def test_an_orbit_that_leaves_the_tables_is_integrated_to_its_end(
 
     monkeypatch.setattr(Maps, "onward", left)
     at = taken_over(maps, 88, open_, known)
-    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST, open_[at > 0])
+    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST_SCALES, open_[at > 0])
     assert sorted(asked) == open_[at > 0].tolist()
 
 
@@ -272,7 +304,7 @@ def test_what_confirms_is_integrated_and_so_is_what_the_kernel_has_no_numbers_fo
         asked.append(scales)
         return columns_of(known.crossings, columns)
 
-    scales = certainty.SECOND if bits == 88 else certainty.FIRST
+    scales = certainty.SECOND_SCALES if bits == 88 else certainty.FIRST_SCALES
     handed_over(maps, integrated, known, LADDER)(bits, scales, open_)
     assert asked == [scales]
 
@@ -295,7 +327,7 @@ def test_symbols_of_orbits_that_are_handed_over_are_those_of_integrations(
     assert (
         symbols(found.decided.crossings.separatrix[:, open_]) == symbols(whole.separatrix)
     ).all()
-    assert all(scales == certainty.FIRST for bits, scales in asked if bits < 160)
+    assert all(scales == certainty.FIRST_SCALES for bits, scales in asked if bits < 160)
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -307,7 +339,7 @@ def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
 
     def from_start(self: Maps, bits: int, scales: Any, columns: Any) -> Crossings:
         found = crossings(self, bits, scales, columns)
-        if bits == self.pair[which]:
+        if bits == self.map_bits[which]:
             found.time[-1] += late
         return found
 
@@ -324,4 +356,4 @@ def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
     found = choice.by_maps(maps, sampled=False).decided
     gap = RATE * np.abs(found.crossings.time[-1] - exact.time[-1])
     assert found.certain[-1].any()
-    assert (gap[found.certain[-1]] < 2 * certainty.LINEAR).all()
+    assert (gap[found.certain[-1]] < 2 * certainty.LIMIT_OF_UNEQUAL).all()

@@ -92,7 +92,7 @@ def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(Run, "crossings", kernel := Mock(return_value=none))
     around = Neighbourhood(problem(), exact("4.7"), FINEST, resolve())
     for distance in (1e-1, 1e-10, 1e-30, 1e-60, 0):
-        around.crossings(106, certainty.FIRST, [around.centre + exact(distance)])
+        around.crossings(106, certainty.FIRST_SCALES, [around.centre + exact(distance)])
     by_kernel = [given.args[0] for given in kernel.call_args_list]
     each = [*by_kernel, *(given.kwargs["bits"] for given in orbit.call_args_list)]
     assert len(set(each[2:])) == 1
@@ -102,7 +102,7 @@ def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) 
     assert max(by_kernel) == 212 < min(each[2:])
     orbit.reset_mock()
     for phase in (around.centre - step, around.centre, around.centre + step):
-        around.crossings(448, certainty.FIRST, [phase])
+        around.crossings(448, certainty.FIRST_SCALES, [phase])
     (_, before, _), (_, _, tangent), (_, after, _) = (x.args for x in orbit.call_args_list)
     rate = [float(y - x) / 2e-6 for x, y in zip(before, after, strict=True)]
     np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)

@@ -12,13 +12,14 @@ import pytest
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.routes.certainty import FIRST, SECOND, THIRD
+from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.run import Run, Starts, abreast
 from rigidpend.routes.start import Scales
 from tests.bodies import problem
 
+EVERY = FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 GENTLE = problem()
 DEEP = problem(
     Body(("1.965", "0.689", "1.942"), ("0.610", "0.792", 0), "0.0198"), h0="1.1", J1_0="1.2e-8"
@@ -67,7 +68,7 @@ def test_a_rung_is_computed_once_and_decides(integrations: list[dict[str, Any]])
         assert sum(orbits) == (found.bits >= bits).sum()
 
 
-@pytest.mark.parametrize(("bits", "scales"), [(53, FIRST), (53, SECOND), (106, THIRD)])
+@pytest.mark.parametrize(("bits", "scales"), list(zip((53, 53, 106), EVERY, strict=True)))
 def test_orbits_wait_as_long_as_the_one_that_starts_closest(
     bits: int, scales: Scales, integrations: list[dict[str, Any]]
 ) -> None:
@@ -83,11 +84,11 @@ def test_orbits_wait_as_long_as_the_one_that_starts_closest(
 
 def test_few_orbits_take_both_computations_at_once(integrations: list[dict[str, Any]]) -> None:
     means, few = run(53, 106, problem=GENTLE), np.array([1, 4, 7])
-    expected = means.crossings(106, SECOND, few[1:])
+    expected = means.crossings(106, SECOND_SCALES, few[1:])
     integrations.clear()
     compute = abreast(means)
-    compute(106, FIRST, few)
-    second = compute(106, SECOND, few[1:])
+    compute(106, FIRST_SCALES, few)
+    second = compute(106, SECOND_SCALES, few[1:])
     assert [x["orbits"] for x in integrations] == [3, 3]
     for got, known in zip(second, expected, strict=True):
         np.testing.assert_array_equal(got, known)
@@ -119,11 +120,11 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
 
     def noted(work: Any, given: Any, python: bool, scales: Any, count: int) -> Any:
         seen.append(python)
-        assert (scales, count) == ((FIRST, SECOND), 2)
+        assert (scales, count) == ((FIRST_SCALES, SECOND_SCALES), 2)
         assert pickle.loads(pickle.dumps((work, given)))
         return None, None
 
     monkeypatch.setattr("rigidpend.routes.run.side_by_side", noted)
     monkeypatch.setattr(Run, "crossings", lambda *_: None)
-    abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST, np.arange(n))
+    abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST_SCALES, np.arange(n))
     assert seen == begun

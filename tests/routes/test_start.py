@@ -14,7 +14,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.numbers.exact import ExactError, context, exact
-from rigidpend.routes.certainty import FIRST, SECOND, THIRD
+from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 from rigidpend.routes.phases import FAR, Grid, Phases, turned
 from rigidpend.routes.start import Scales, start, states_double, states_exact
 from tests.bodies import FIG4, GENERIC, problem
@@ -122,7 +122,7 @@ def test_exact_states_are_those_of_the_coordinates(body: Body, J1_0: str, bits: 
     phases = [exact(x) for x in ("1/10", "31/10", "2*pi - 1/7", 5.5, "1e5")]
     p, J1 = fine_angles(body), exact(J1_0).in_context(FINE)
     J2mJ1, alpha0, beta0 = FINE.sqrt(2 * FINE.mpf("1.3342") / p.kappa) - J1, p.alpha0, p.beta0
-    found = states_exact(start(problem(body, J1_0=J1_0), bits, FIRST), phases, bits)
+    found = states_exact(start(problem(body, J1_0=J1_0), bits, FIRST_SCALES), phases, bits)
     for state, phase in zip(found.T, phases, strict=True):
         c = Canonical(J1, J2mJ1, 0, alpha0 + beta0, phase.in_context(FINE), 0, 1)
         expected = aligned_from_canonical(c, alpha0, beta0, FINE)
@@ -132,7 +132,7 @@ def test_exact_states_are_those_of_the_coordinates(body: Body, J1_0: str, bits: 
         assert state[1] == 0, "exactly on separatrix 2"
 
 
-@pytest.mark.parametrize("scales", [FIRST, SECOND])
+@pytest.mark.parametrize("scales", [FIRST_SCALES, SECOND_SCALES])
 @J1_0S
 @BODIES
 def test_agrees_doubles_with_exact_states(body: Body, J1_0: str, scales: Scales) -> None:
@@ -145,7 +145,9 @@ def test_agrees_doubles_with_exact_states(body: Body, J1_0: str, scales: Scales)
     np.testing.assert_allclose(rough[3:], fine[3:], rtol=0, atol=4e-16)
 
 
-@pytest.mark.parametrize("pair", list(itertools.combinations((FIRST, SECOND, THIRD), 2)))
+@pytest.mark.parametrize(
+    "pair", list(itertools.combinations((FIRST_SCALES, SECOND_SCALES, THIRD_SCALES), 2))
+)
 def test_scales_share_no_constant(pair: tuple[Scales, Scales]) -> None:
     """Every number that is rounded differs in more than a power of two."""
     numbers = [

@@ -6,7 +6,7 @@ import contextlib
 import json
 import re
 import resource
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -234,14 +234,29 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
             assert re.search("too large|steps|coefficients|size allows", said)
 
 
-def test_more_than_its_bytes_can_hold_or_a_prover_takes_is_refused(tmp_path: Path) -> None:
-    most = stored(tmp_path, bomb(1000, 1)).stat().st_size // storage.EACH
-    for steps, terms, said in (
-        (1000, 1, rf"1000 steps, .* has {most} at most"),
-        (50, 1000, r"300000 coefficients, .* at most"),
-    ):
-        with pytest.raises(store.StoreError, match=said):
-            storage.read(stored(tmp_path, bomb(steps, terms)))
+@pytest.mark.parametrize("checker", [by_package, by_script])
+def test_more_than_its_bytes_can_hold_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, checker: Callable[[Path], str]
+) -> None:
+    """A step of 128 bytes, and eight bytes of arrays for each of the file."""
+    most = stored(tmp_path, bomb(1000, 1)).stat().st_size / 128
+    for share, refused in ((0.95, False), (1.05, True)):
+        count = round(share * most)
+        said = checker(stored(tmp_path, bomb(count, 1)))
+        assert (f"{count} steps" in said) is refused
+    monkeypatch.setattr(store, "LEAST_BYTES", 0)
+    monkeypatch.setattr(check_certificate, "SPARE", 0)
+    noise = np.random.default_rng(1).integers(256, size=10**6, dtype=np.uint8)
+    for times, refused in ((7.5, False), (8.5, True)):
+        digits = np.zeros(round(times * noise.size), dtype=np.uint8)
+        digits[: noise.size] = noise
+        path = stored(tmp_path, {**bomb(1, 1), "digits": digits})
+        assert ("too large" in checker(path)) is refused
+
+
+def test_more_than_a_prover_takes_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(store.StoreError, match=r"300000 coefficients, .* at most"):
+        storage.read(stored(tmp_path, bomb(50, 1000)))
     with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {ORBIT_STEPS + 1}"):
         storage.unpacked(bomb(ORBIT_STEPS + 1, 1))
 
@@ -277,7 +292,7 @@ def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
 def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
     monkeypatch.setattr(codes, "MOST_WORK", 4 * 60**2)
-    monkeypatch.setattr(codes, "BETWEEN", 0.0)
+    monkeypatch.setattr(codes, "LINE_SECONDS", 0.0)
     body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     found = certify_codes(
         body, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append

@@ -17,7 +17,7 @@ import pytest
 from rigidpend.results import store
 from rigidpend.routes.certified import coverings, pieces, sections
 from rigidpend.runs import certificates, orbit_proofs
-from scripts import check_full_shift
+from scripts import check_coverings, check_series
 from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
 from tests.cli.calls import succeeded
@@ -42,7 +42,7 @@ def once() -> Iterator[None]:
     """Orbits that are the same in all proofs are followed once by each checker."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(script, "ProcessPoolExecutor", Inline)
-        for module in (coverings, check_full_shift):
+        for module in (coverings, check_coverings):
             for name in ("arrival", "beginning"):
                 patch.setattr(module, name, remembered(getattr(module, name)))
         yield
@@ -80,7 +80,7 @@ def test_parts_meet_and_ends_are_rounded_outward(
     monkeypatch.setattr(orbit_proofs, "AT_ONCE", 2)
     ends = Fraction("0.1234567891"), Fraction("0.1234567899")
     monkeypatch.setattr(sections, "phases", lambda *_: tuple(map(float, ends)))
-    where = SimpleNamespace(low=round(ends[0] * (1 << check_full_shift.DIGITS)), above=ends[1])
+    where = SimpleNamespace(low=round(ends[0] * (1 << check_series.DIGITS)), above=ends[1])
     monkeypatch.setattr(script, "phases", lambda *_: where)
     for believed, text in said_by_both(file):
         assert believed, text

@@ -149,6 +149,15 @@ def test_parts_of_another_fingerprint_go_once_no_run_has_added_to_them_for_long(
     assert list(target.parent.iterdir()) == ([folder.parent] if age < files.DAY else [])
 
 
+def test_old_folders_elsewhere_to_which_a_link_leads_are_left(target: Path) -> None:
+    folder, elsewhere = kept(target).parent, target.parent / "elsewhere"
+    os.utime(folder, (0, 0))
+    folder.parent.rename(elsewhere)
+    folder.parent.symlink_to(elsewhere)
+    sweep(target)
+    assert (elsewhere / folder.name).is_dir()
+
+
 def test_a_run_that_fails_before_its_first_part_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(AssertionError):
         Parts(tmp_path / "fig.h5", "a").keep("first", not_again)
@@ -194,7 +203,7 @@ def test_many_pieces_go_to_processes_and_come_in_their_order(tmp_path: Path) -> 
     parts.keep("6", lambda: numbered(60))
     [path] = tmp_path.rglob("6.kept")
     path.write_bytes(path.read_bytes()[:100])
-    pieces = [Piece(str(k), numbered, (k,)) for k in range(2 + workers.EACH * 2)]
+    pieces = [Piece(str(k), numbered, (k,)) for k in range(2 + workers.LEAST_PARTS * 2)]
     with pytest.warns(KeptFileWarning):
         found = [tree["x"] for tree in parts.in_order(pieces, 2)]
     assert [x[0] for x in found] == [0, 1, 2, 3, 40, 5, 6, 7, 8, 9]

@@ -261,4 +261,7 @@ def test_a_resumed_file_is_the_fresh_one_but_for_its_times(
     assert said[0].startswith("continues from")
     (one, told), (other, told_again) = map(seen, (fresh, planned.target))
     assert told_again == told
+    # What is left of a run is no measure of the time of a whole one.
+    timed = [runner.SECONDS in store.attributes(path) for path in (fresh, planned.target)]
+    assert timed == [True, False]
     np.testing.assert_equal(other, one)

@@ -15,7 +15,7 @@ import pytest
 
 from rigidpend.cli import verify
 from rigidpend.experiments import compare
-from rigidpend.experiments.shared import APART, crossing_tolerance
+from rigidpend.experiments.shared import TIME_GAP, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem, phase_rate
@@ -194,7 +194,7 @@ def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need
     assert allowed.shape == (16,)
     assert (np.diff(allowed) >= 0).all()
     assert allowed[0] == 1e-12
-    assert allowed[-1] == APART
+    assert allowed[-1] == TIME_GAP
     # A symbol turns over when the phase errs by a radian.
     problem = RouteProblem(Body((2, 1, "1.5"), (1, 1, 0), "1e-3"), exact("1.3342"), exact(1e-8), 1)
-    assert APART * phase_rate(problem) < 0.1
+    assert TIME_GAP * phase_rate(problem) < 0.1

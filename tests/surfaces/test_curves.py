@@ -126,9 +126,24 @@ def test_the_start_has_the_given_momentum_and_the_body_is_grioli_s() -> None:
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("M_0", "0"), ("M_0", "0.1"), ("J1_0", "0.9"), ("beta0", "4"), ("beta0", "-1")],
+    [
+        ("M_0", "0"),
+        ("M_0", "0.1"),
+        ("J1_0", "0.9"),
+        ("J1_0", "1e-3"),
+        ("beta0", "4"),
+        ("beta0", "-1"),
+    ],
 )
 def test_refuses_what_the_problem_excludes(field: str, value: str) -> None:
     with pytest.raises(ProblemError) as refused:
         made("d", **{field: value})
     assert refused.value.field == field
+
+
+def test_where_the_pendulum_motion_is_elliptic_there_is_no_surface() -> None:
+    """The body of Fig. 5 at mu = 0.7 h0: orbits that stayed beside it were called its S1-."""
+    A, others = exacts((2, "1.5", "1.8")), exacts(("pi", "0.35", "4/3", "1e-8"))
+    problem = surface_problem(A, *others)
+    with pytest.raises(ArithmeticError, match=r"no S1- of the energy .* between -2 and 2"):
+        S1_minus(problem, np.array([0.1]), 1.0, "taylor")

@@ -102,18 +102,35 @@ def test_in_the_Hess_case_nothing_is_gained_along_1_and_3() -> None:
     assert np.abs(found[:, [1, 3]]).min() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "rounding"),
-    # With the second overtones of the rotation fall on the steps, if these are few.
-    [(GENERIC, 1e-15), (Body((2, "1.632", "1.646"), ("0.666", "0.746", 0), "0.00731"), 3e-14)],
+    [
+        (GENERIC, 1e-15),
+        # Overtones of the rotation fall on the steps, if these are few.
+        (Body((2, "1.632", "1.646"), ("0.666", "0.746", 0), "0.00731"), 3e-14),
+        # With half as many steps for each turn the error is 7e-13, and told to be so.
+        (Body((1, "0.544", "0.556"), ("0.991", "0.134", 0), "0.28"), 3e-14),
+    ],
 )
 def test_the_error_told_holds_against_more_steps(
     body: Body, rounding: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = increments(body, H0, ARITHMETIC)
+    assert found.error.max() < rounding
     monkeypatch.setattr(heteroclinic, "STEPS", 3 * heteroclinic.STEPS)
     finer = increments(body, H0, ARITHMETIC)
     assert np.abs(finer.gained - found.gained).max() < found.error.max() + rounding
+
+
+@pytest.mark.slow
+def test_the_error_told_holds_where_steps_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = increments(GENERIC, H0, ARITHMETIC).gained
+    monkeypatch.setattr(heteroclinic, "TURN", 0)
+    for steps in (5, 8, 10):
+        monkeypatch.setattr(heteroclinic, "STEPS", steps)
+        found = increments(GENERIC, H0, ARITHMETIC)
+        assert 1e-11 < np.abs(found.gained - right).max() < found.error.max()
 
 
 def test_theta3_is_followed_by_the_engine_that_is_asked_for(

@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given
 from scipy.integrate import quad
 
-from rigidpend import Body
+from rigidpend import Body, route_codes
 from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, direction, separatrix
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.melnikov import delta_theta1, linearised
 from tests.bodies import FIG4, GENERIC, problem
@@ -134,3 +136,17 @@ def test_eq_dtheta_is_the_integral_of_eq2(number: int, way: int) -> None:
     expected = states_at(field, [2e-3, 0, 0, 0, 0], times, engine="scipy")[0]
     found = [delta_theta1(t, 2e-3, motion, p) for t in times]
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-14)
+
+
+@pytest.mark.parametrize("J1_0", ["1e-4", "1e-3", "1e-2"])
+def test_the_first_symbol_changes_within_what_is_missed_of_the_integral(J1_0: str) -> None:
+    """Without weight to speak of; and not always much nearer to the zeros."""
+    light = Body(FIG4.A, FIG4.r, "1e-6")
+    start = RouteProblem(light, exact("1.3342"), exact(J1_0), 1)
+    missed, shifts = melnikov.missed(start), []
+    for zero in melnikov.zeros(start):
+        phases = zero + missed * np.linspace(-1.5, 1.5, 301)
+        [codes] = route_codes(light, phases, h0="1.3342", J1_0=J1_0, n_symbols=1).codes
+        [place] = np.flatnonzero(np.diff(codes.astype(int)))
+        shifts.append(abs(phases[place] - zero) / missed)
+    assert 0.2 < max(shifts) < 1.02

@@ -16,7 +16,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.heteroclinic import phase_at_start
-from rigidpend.surfaces.splitting import TOP, distance, harmonics, measure
+from rigidpend.surfaces.splitting import MOST_HARMONICS, distance, harmonics, measure
 from rigidpend.surfaces.surface_orbits import (
     Points,
     coefficients,
@@ -56,6 +56,16 @@ def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
     assert found[:4] == pytest.approx([10, 4, -8, 0], abs=1e-9)
 
 
+@pytest.mark.parametrize(("turning", "known"), [("0.95", True), ("1.05", False)])
+def test_a_curve_that_turns_back_somewhere_has_no_harmonics(turning: str, known: bool) -> None:
+    n, a = 32, precision(53)
+    start = [2 * M.pi * k / n for k in range(n)]
+    advance = [M.mpf(turning) * M.sin(s) for s in start]
+    g = [s + x for s, x in zip(start, advance, strict=True)]
+    told = harmonics(Points(*map(a.array, (g, advance, [M.cos(x) for x in g], g))), a)
+    assert (told is not None) is known
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("g", [0.0, 1.1, 2.9, -0.7])
 def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:
@@ -71,7 +81,7 @@ def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution
     numbers_of = AlignedCoefficients(*map(float, coefficients(s)))
     end = states_at(numbers_of, start[:, None], [0.0, -time])[:, -1, 0]
     assert abs(end[2]) < 1e-12
-    phase, offset = section_angles(list(end), float(s.p.alpha0), M)
+    phase, offset = section_angles(list(end), s.p.alpha0, M.sin(s.p.alpha0), M)
     assert math.remainder(float(phase) - g, math.tau) == pytest.approx(0, abs=1e-11)
     found = measure(GENERIC, H0, ALLOWED, IN_DOUBLES)
     expected = found.amplitude * (math.cos(g) + distance(found.excess, g))
@@ -105,6 +115,16 @@ def test_agrees_precisions_with_113_bits_within_the_errors_they_tell() -> None:
         assert found.error < 2000 * 2.0**-found.bits
 
 
+def test_the_error_holds_for_a_body_almost_without_moment_about_an_axis() -> None:
+    """There alpha0 is so close to pi that its double knows its sine to a few digits less."""
+    body = Body(A=(2, "1e-3", "1.9995"), r=(1, 2, 0), mu="1e-5")
+    found, truth = (
+        measure(body, H0, ALLOWED, ARITHMETIC._replace(precisions=(bits,))) for bits in (53, 106)
+    )
+    assert (found.resolved, truth.resolved) == (True, True)
+    assert np.abs(found.excess[:3] - truth.excess[:3]).max() <= found.error + truth.error
+
+
 @pytest.mark.slow
 def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
     light, both = Body(FIG4.A, FIG4.r, "1e-6"), ARITHMETIC._replace(precisions=(53, 113))
@@ -118,7 +138,7 @@ def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:
     found = measure(LARGE_NU, H0, ALLOWED, IN_DOUBLES)
     assert not found.resolved
     assert np.isnan(found.excess).all()
-    assert found.excess.shape == (TOP,)
+    assert found.excess.shape == (MOST_HARMONICS,)
 
 
 def test_eight_orbits_err_by_more_than_they_state(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,7 +189,7 @@ def test_invariant_orbits_start_with_the_energy_asked_for_and_J3_zero(
 def test_a_small_offset_keeps_its_relative_precision() -> None:
     tiny = M.mpf("1e-20")
     state = (M.sin(tiny / 2 + 2), M.sin(tiny / 2), 0, 1, 0, 0)
-    _, offset = section_angles(state, M.mpf(2), M)
+    _, offset = section_angles(state, M.mpf(2), M.sin(2), M)
     assert abs(offset / tiny - 1) < 1e-20
 
 

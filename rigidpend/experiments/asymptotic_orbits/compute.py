@@ -21,7 +21,7 @@ from rigidpend.routes.herpolhode import samples
 from rigidpend.routes.problem import rotation_period
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 
 SECONDS, EACH = 15.0, 2.6
@@ -35,7 +35,7 @@ FADED = 1e-3
 def compute(config: Config, means: Means) -> Tree:
     """Find the orbits by the body's return map, their phases to 30 digits, and sample a few."""
     problem = config.problem
-    level = Level.of(problem.body, problem.h)
+    level = ChainLevel.of(problem.body, problem.h)
     launch = Launch(level, problem.J1_0)
     lengths: dict[str, Tree] = {}
     drawn: dict[str, Tree] = {}

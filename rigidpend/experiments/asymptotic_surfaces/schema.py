@@ -46,7 +46,7 @@ class Problem(Part):
     M_0: Number
     """Initial \\|M\\|, physical; h0 = M_0^2/(2 A3)."""
     J1_0: Number
-    """Initial action, dimensionless, 0 < J1_0 < J2_0/2."""
+    """Initial action, dimensionless, 0 < J1_0 < J2_0/2000."""
     theta2_0: Annotated[PhaseGrid, AfterValidator(_few)]
     """Initial phases theta2_0, radians."""
     half_width: Annotated[Number, WIDE]

@@ -30,7 +30,7 @@ import numpy as np
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import problems, schema
 from rigidpend.experiments.bench.methods import METHODS, Entrant, finest, tolerances
-from rigidpend.experiments.bench.peers import made
+from rigidpend.experiments.bench.peers import ready
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Task
 from rigidpend.experiments.bench.solvers import Make, Solver
 from rigidpend.experiments.data import Data
@@ -118,7 +118,7 @@ def search(task: Task, truth: Data, name: str, asked: schema.Search) -> Iterator
     slowest = float(asked.slowest)
     for number, setting in enumerate(METHODS[name].variants):
         for tolerance in tolerances(name, asked):
-            make = partial(made, name, task, Entrant(tolerance, setting))
+            make = partial(ready, name, task, Entrant(tolerance, setting))
             found = timed_solver(make, REPEATS, slowest, WARM)
             line = {"tolerance": math.nan if tolerance is None else tolerance, "setting": number}
             errors = problems.errors(found.answer, truth)
@@ -141,7 +141,7 @@ def random_phases(asked: schema.RandomPhases, name: str, entry: Entrant) -> Iter
         spent, done = 0.0, 0
         while done < len(phases) and spent < float(asked.seconds):
             columns = slice(done, done + CHUNK)
-            solver = made(name, problems.from_phases(problem, np.array(phases[columns])), entry)
+            solver = ready(name, problems.from_phases(problem, np.array(phases[columns])), entry)
             if not done:
                 # Solved once before the clock runs, so that compilation does not count.
                 solver.solve()
@@ -154,7 +154,7 @@ def random_phases(asked: schema.RandomPhases, name: str, entry: Entrant) -> Iter
 def meeting(config: schema.Config, entries: dict[str, Entrant], truth: Data) -> Iterator[Line]:
     """Time several methods in turn at Fig. 4; a line for each, with the times of all rounds."""
     task = problems.fig4(config.problem.columns, config.problem.n_symbols)
-    solvers = {name: made(name, task, entry) for name, entry in entries.items()}
+    solvers = {name: ready(name, task, entry) for name, entry in entries.items()}
     errors = {name: problems.errors(x.read(x.solve()), truth) for name, x in solvers.items()}
     rounds = in_turn(solvers, config.meeting.rounds, float(config.meeting.seconds))
     for name, error in errors.items():
@@ -194,10 +194,10 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
     asked, (own, *peers) = config.bodies, entries
     # Code that serves every body is compiled before the clock runs.
     for n in (1, asked.orbits):
-        made(own, problems.random_routes(FIG4, n), entries[own], THREADS).solve()
+        ready(own, problems.random_routes(FIG4, n), entries[own], THREADS).solve()
     few = problems.random_routes(FIG4, min(PILOT, asked.orbits))
     for name in peers:
-        made(name, few, entries[name], THREADS).solve()
+        ready(name, few, entries[name], THREADS).solve()
     every = problems.drawn(problems.SEED, asked.kept) + problems.drawn(asked.seed, asked.drawn)
     for problem in every:
         task = problems.random_routes(problem, _in_time(problem, asked.orbits, asked.longest))
@@ -215,7 +215,7 @@ def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:
 def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) -> dict[str, Any]:
     """Times and counts of each method with one body."""
     (own, *peers), seconds, orbits = entries, float(asked.seconds), task.states.shape[1]
-    make = partial(made, own, task, entries[own], THREADS)
+    make = partial(ready, own, task, entries[own], THREADS)
     ours = timed_solver(make, REPEATS, seconds, math.inf)
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
@@ -223,7 +223,7 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     last = np.nanmax(ours.answer.time, initial=0.0)
     task = task._replace(end=1.001 * last / problems.time_unit(task.problem.body))
     for name in peers:
-        make = partial(made, name, entry=entries[name], threads=THREADS)
+        make = partial(ready, name, entry=entries[name], threads=THREADS)
         found[name], answers[name] = _in_its_time(make, task, seconds)
     settled, true = _settled(task, answers, TRUTH * seconds)
     for name, answer in answers.items():

@@ -23,7 +23,7 @@ from rigidpend.experiments.bench.solvers import SMALLER, Make, Solver, flat, sha
 from rigidpend.experiments.principal_axes import euler_poisson_field, heyoka
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
-from rigidpend.routes.certainty import FIRST
+from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
@@ -33,12 +33,12 @@ FALSE_POSITIONS = 12
 """Iterations of false position for SciPy, from the ends of a step to the crossings in it."""
 
 
-def made(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
+def ready(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
     """A method made ready for a task, with its tolerance and its setting; imports what it needs."""
     method = METHODS[name]
     if method.runs:
         each = ((run, x._replace(setting=x.setting | entry.setting)) for run, x in method.runs)
-        return compared(task, *(partial(made, run, entry=x, threads=threads) for run, x in each))
+        return compared(task, *(partial(ready, run, entry=x, threads=threads) for run, x in each))
     return ADAPTERS[method.family](task, entry.tolerance, threads, **entry.setting)
 
 
@@ -81,15 +81,15 @@ def ours(task: Task, tolerance: Any, threads: int, way: str = "", calls: int = 0
         if calls:
             codes_of(*given, "map")
         for _ in range(calls):
-            codes_of(*given, way, kept=True)
+            codes_of(*given, way, use_kept=True)
         return Solver(
-            lambda: codes_of(*given, way, kept=True),
+            lambda: codes_of(*given, way, use_kept=True),
             lambda found: Crossed(found.codes, found.crossing_time, found.certain),
         )
     run = Run(task.problem, Phases(task.theta2_0), Arithmetic("taylor", tolerance, (53,)), threads)
     every = range(len(run.phases))
     return Solver(
-        lambda: run.crossings(53, FIRST, every),
+        lambda: run.crossings(53, FIRST_SCALES, every),
         lambda found: Crossed(symbols(found.separatrix), found.time),
     )
 

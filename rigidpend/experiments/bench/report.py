@@ -19,7 +19,7 @@ from rigidpend.experiments.bench.methods import DEFAULT, METHODS
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.machine.wording import Table, seconds, times
 
-FIG4 = "route codes of Fig. 4, every symbol right"
+FIG4_TITLE = "route codes of Fig. 4, every symbol right"
 RULE_OF_THREE = 3.0
 """Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 COVERED = 0.95
@@ -97,7 +97,7 @@ def tables(result: Loaded) -> list[Table]:
 def losses_table(data: Data) -> Table:
     """Table of the losses: peers that are faster than ours, at Fig. 4 with every symbol right."""
     rows = [
-        (FIG4, METHODS[x.method].label, seconds(x.seconds), _stated(x.ratio))
+        (FIG4_TITLE, METHODS[x.method].label, seconds(x.seconds), _stated(x.ratio))
         for x in met(data)
         if x.ratio[0] < 1 and x.reached and METHODS[x.method].peer
     ] + list(_lost_bodies(data))
@@ -185,7 +185,7 @@ def meeting_table(data: Data) -> Table:
         " or more). * with which the others are compared; + no setting that the search had time for"
         " had every symbol right."
     )
-    return Table(FIG4, ("method", "time", "times ours", "error"), rows, note)
+    return Table(FIG4_TITLE, ("method", "time", "times ours", "error"), rows, note)
 
 
 def phases_table(data: Data) -> Table:

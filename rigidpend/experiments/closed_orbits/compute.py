@@ -15,8 +15,8 @@ from rigidpend.experiments.shared import columns
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
-from rigidpend.routes.symbolic.levels import Level
-from rigidpend.routes.symbolic.shortest import path
+from rigidpend.routes.symbolic.levels import ChainLevel
+from rigidpend.routes.symbolic.shortest import chain_through
 from rigidpend.routes.symbolic.stretching import stretching
 
 SEED = 1
@@ -29,7 +29,7 @@ PARTS = 10
 def compute(config: Config, means: Means) -> Tree:
     """Find and verify the closed orbits of all words."""
     problem = config.problem
-    level = Level.of(problem.body, problem.h)
+    level = ChainLevel.of(problem.body, problem.h)
     found = [closed(level, word, problem.half_turns) for word in words(problem.longest)]
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
     return {
@@ -68,7 +68,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
     }
 
 
-def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> Tree:
+def _averages(problem: Problem, level: ChainLevel, found: list[ClosedOrbit]) -> Tree:
     lengths = np.arange(1, problem.longest + 1)
     # A word of n symbols may repeat a shorter primitive word, whose orbit then counts in n too.
     inside = [[o for o in found if n % len(o.word) == 0] for n in lengths]
@@ -82,11 +82,11 @@ def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> Tree:
     }
 
 
-def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
+def _long_orbit(level: ChainLevel, n: int, half_turns: int) -> tuple[float, float]:
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
-    grown = stretching(path(system, half_turns * np.arange(n + 1), 0.0))
+    grown = stretching(chain_through(system, half_turns * np.arange(n + 1), 0.0))
     # Growths far apart along the orbit are nearly independent, and so are the means of the parts.
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))

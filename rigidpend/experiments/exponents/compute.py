@@ -18,7 +18,7 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
-from rigidpend.routes.symbolic.levels import Surface, surface
+from rigidpend.routes.symbolic.levels import Surface, orbits_of
 from rigidpend.routes.symbolic.stretching import integrated, stretched
 
 TILE = 8192
@@ -36,7 +36,7 @@ def compute(config: Config, means: Means) -> Tree:
     ends = float(J1[0]), float(J1[-1])
     n, shape = problem.n_symbols, (y.size, x.size)
     codes = cells_of_starts(problem.routes, theta2, J1, means.arithmetic, means.jobs)
-    orbits = surface(replace(problem.routes, J1_0=exact(ends[1])))
+    orbits = orbits_of(replace(problem.routes, J1_0=exact(ends[1])))
     grown, followed, allowed = _followed(orbits, theta2, J1, n, means)
     # The map in doubles may follow another orbit: its growth counts only with the established code.
     known = (codes.certain == n) & (followed == codes.codes).all(axis=0)

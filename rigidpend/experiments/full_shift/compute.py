@@ -96,7 +96,7 @@ def _proven(
     # Only Theorem 8 needs a strip about the line. If the strip's image is too wide to cross the
     # sets, the line alone still proves Theorem 2.
     if starts.wide and not chains.crosses(link, begun, sets):
-        link = link._replace(of=starts._replace(wide=Fraction(0)))
+        link = link._replace(start=starts._replace(wide=Fraction(0)))
         begun = link.pieces()
     return _stored(config, sets, [*orbits, begun], [link], means)
 
@@ -109,9 +109,9 @@ def _stored(
     means: Means,
 ) -> Tree:
     """The result with its margins, if the proof holds; Undecided if it does not."""
-    starts: Any = links[0].of
+    starts: Any = links[0].start
     setting = links[0].setting
-    before: Any = [link.of for link in links[1:]]
+    before: Any = [link.start for link in links[1:]]
     line: dict[str, Any] = {name: float(getattr(starts, name)) for name in NUMBERS_OF_LINE}
     data: dict[str, Any] = {
         "sets": pieces.packed_quads(sets),

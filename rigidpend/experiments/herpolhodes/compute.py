@@ -58,6 +58,7 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
 def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
     sampled, angles = samples(problem.body, orbit.t, orbit.states), problem.body.angles()
+    actions = float(problem.J1_0), float(problem.routes.J2mJ1_0(53))
     # The first sample, and the sample closest to the vertex after `n_wound` separatrices.
     crossings = routes.crossing_time[problem.n_wound - 1 : problem.n_wound + 1, 0]
     before, after = np.searchsorted(orbit.t, crossings)
@@ -67,7 +68,7 @@ def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
         **{key: getattr(routes, key)[..., 0] for key in CASE if key in routes._fields},
         "crossing_error": orbit.crossing_error,
         "route": vertices(separatrix),
-        "plateaus": plateaus(separatrix, angles, float(problem.h0)),
+        "plateaus": plateaus(separatrix, angles, float(problem.h0), *actions),
         "wound": np.array([0, closest]),
     }
 

@@ -61,7 +61,10 @@ BODIES = {
     "mean_remainder": _separatrices(
         "(bodies, mu, separatrices): |mean of the two orbits - first_order|", within=_increments
     ),
-    "slope": _slope("(bodies, separatrices): of remainder in mu; NaN where it is rounding"),
+    "slope": _slope(
+        "(bodies, separatrices): of remainder in mu, both logarithmic, mu <= 0.01 h0; NaN where it"
+        " is rounding for all weights but one"
+    ),
     "mean_slope": _slope("(bodies, separatrices): of mean_remainder in mu, as well"),
     "ordered": flag(
         "1", "(bodies, mu): whether the means of the two orbits are in that order", *EACH

@@ -113,7 +113,7 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
     axes.set_xlabel(plots.axis_label(MU_OVER_H0))
     # The curves of bodies whose increment is zero show rounding only.
-    gone = ~np.isfinite(bodies["slope"][:, separatrix])
+    gone = (np.abs(bodies["first_order"][..., separatrix]) <= bodies["error"]).all(axis=1)
     if gone.any():
         names = ", ".join(bodies["name"][gone])
         said = f"{names}) no increment: rounding"
@@ -157,6 +157,6 @@ def tables(result: Loaded) -> list[Table]:
 
 
 def _range(slopes: Array) -> str:
-    """Least and largest of some slopes, without NaN, which marks mere rounding."""
+    """Least and largest of some slopes, without NaN, for which too few weights are known."""
     known = slopes[np.isfinite(slopes)]
-    return f"{known.min():.3f} to {known.max():.3f}" if known.size else "rounding"
+    return f"{known.min():.3f} to {known.max():.3f}" if known.size else "not fitted"

@@ -103,7 +103,7 @@ def column_cost(config: Config, columns: int) -> float:
 def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tree:
     """Routes of some columns of an array of `of` columns."""
     routes, arithmetic = config.problem.routes, means.arithmetic
-    return codes_of(routes, phases, arithmetic, means.jobs, of=of)._asdict()
+    return codes_of(routes, phases, arithmetic, means.jobs, task_orbits=of)._asdict()
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

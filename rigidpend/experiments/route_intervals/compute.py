@@ -121,14 +121,14 @@ def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
     problem = config.problem
     setting = ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
     of = setting, rational(problem.J1_0), problem.n_symbols, problem.halvings
-    parts = side_by_side(interval_search.within, of, True, every, jobs)
+    parts = side_by_side(interval_search.proven_intervals, of, True, every, jobs)
     found = [x for some in parts for x in some]
     codes = np.full((problem.n_symbols, len(found)), NO_SYMBOL, dtype=np.uint8)
     for column, each in enumerate(found):
         codes[: len(each.symbols), column] = each.symbols
     intervals = {
-        "place": np.array([each.of.place for each in found]),
-        "depth": np.array([each.of.depth for each in found]),
+        "place": np.array([each.interval.place for each in found]),
+        "depth": np.array([each.interval.depth for each in found]),
         "codes": codes,
     }
     return {"intervals": intervals, "proof": pieces.packed([each.pieces for each in found])}

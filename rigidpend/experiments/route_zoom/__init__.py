@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigidpend.experiments.compare import ROUNDING, of_field
 from rigidpend.experiments.data import ANY, Layout, double, text, whole
-from rigidpend.experiments.shared import APART, MEANING, crossed
+from rigidpend.experiments.shared import MEANING, TIME_GAP, crossed
 
 LEVEL = {
     **{name: field for name, field in MEANING.items() if name != "theta2_0"},
@@ -13,7 +13,7 @@ LEVEL = {
     ),
     # Beside a doubly asymptotic orbit errors grow as fast as the zoom: only the bound that
     # certain symbols imply is left for times of crossings.
-    "crossing_time": MEANING["crossing_time"]._replace(within=crossed(lambda crossings: APART)),
+    "crossing_time": MEANING["crossing_time"]._replace(within=crossed(lambda crossings: TIME_GAP)),
     # Phases finer than doubles: the exact numbers that were used, and doubles for the drawing.
     "centre": text("rad", "theta2_0 of the middle, exact"),
     "theta2_0": text("rad", "initial phase of each column, exact", "columns", coordinate=True),

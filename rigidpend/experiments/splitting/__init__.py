@@ -127,7 +127,8 @@ BODIES = {
     "excess": double(
         "1",
         "(bodies, mu, harmonics): distance less Melnikov's, in Melnikov's amplitude, of cos g,"
-        " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
+        " sin 2g, cos 3g, ...; NaN where S1- turns back in g or is not there, or where the"
+        " amplitude is far below all rounding",
         *EACH,
         "harmonics",
         gaps=True,

@@ -126,8 +126,10 @@ def describe(config: Config) -> list[Row]:
     problem, rows = config.problem, []
     for name, shape in problem.bodies.items():
         body = shape.heavy(problem.mu[0])
-        unit = float(amplitude(surface_orbits.surface(body, problem.h0, 53))) / float(body.mu)
-        said = f"nu = {body.nu:.3f}, distance = {unit:.4g} mu cos g"
+        surface = surface_orbits.surface(body, problem.h0, 53)
+        # Not as a double, because the amplitude of a large nu is below all doubles.
+        unit = surface_orbits.numbers(53).nstr(amplitude(surface) / surface.p.mu, 4)
+        said = f"nu = {body.nu:.3f}, distance = {unit} mu cos g"
         meaning = f"1, rad, by Melnikov; A = ({', '.join(map(str, body.A))})"
         rows.append(Row(f"body {name}", said, meaning))
     return rows

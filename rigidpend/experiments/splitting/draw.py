@@ -122,17 +122,18 @@ def _draw_decay(axes: Axes, data: Data) -> str:
     known = np.flatnonzero(resolved.any(axis=0))
     last = [k for k in known if ratios[k] >= 0.1]
     for k, (marker, colour, size) in zip(
-        dict.fromkeys((known[0], *last)),
+        dict.fromkeys((*known[:1], *last)),
         (("o", plots.BLUE, 6), ("s", plots.ORANGE, 5), ("D", plots.RED, 4), ("v", plots.PINK, 4)),
         strict=False,
     ):
         rows, said = resolved[:, k], rf"$\mu/h_0 = {_power(ratios[k])}$"
         look: Any = {"ms": size, "mfc": "none", "mec": colour, "mew": 1.1, "label": said}
         axes.semilogy(bodies["nu"][rows], bodies["reduced"][rows, k], marker, **look)
-    first = bodies["reduced"][:, known[0]]
-    for name, nu, value in zip(bodies["name"], bodies["nu"], first, strict=True):
-        said = "4" if name == "fig4" else name
-        plots.beside(axes, said, (nu, value), 4, 6, fontsize=7)
+    for k in known[:1]:
+        first = bodies["reduced"][:, k]
+        for name, nu, value in zip(bodies["name"], bodies["nu"], first, strict=True):
+            said = "4" if name == "fig4" else name
+            plots.beside(axes, said, (nu, value), 4, 6, fontsize=7)
     axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
     axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
     axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)

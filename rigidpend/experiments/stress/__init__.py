@@ -1,8 +1,8 @@
 """Trials at the limits: each claim has a bound, declared before the run, which may refute it.
 
 scenes     claims, their limits and verdicts; orbits, their starts and distances
-passages   growth of errors in a passage, predicted from the variational equations; the number
-           of symbols that a precision decides
+roundings  errors of integrated orbits, predicted from the variational equations
+passages   growth of errors in a passage; the number of symbols that a precision decides
 conserved  reflection, time reversal; integrals over 1e6 rotations
 extremes   bodies, energies and starts at the ends of their ranges
 honesty    flags `certain` with spoilt tolerances, or spoilt tables of return maps; orbits
@@ -17,7 +17,7 @@ from functools import partial
 
 from rigidpend.experiments.data import ANY, NUMBER, TEXT, Field, Layout
 
-PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
+PASSED, LIMIT, REFUTED = "passed", "limit", "FAILED"
 """Verdicts: within the bound; beyond it within a declared limit; beyond it."""
 
 

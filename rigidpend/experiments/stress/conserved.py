@@ -13,9 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.stress import passages, scenes
-from rigidpend.experiments.stress.passages import DEVIATIONS, NOISE, SIGMAS, step
-from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial, followed
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.roundings import DEVIATIONS, NOISE, deviations, step
+from rigidpend.experiments.stress.scenes import (
+    SIGMAS,
+    Claim,
+    Findings,
+    Place,
+    Scene,
+    Trial,
+    followed,
+)
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
@@ -92,7 +100,7 @@ def _symmetric(scene: Scene) -> list[float]:
     # Forward and back again: the distance from the start over the predicted rounding errors.
     there = states_at(c, states, [BACK])[:, 0]
     missed = np.abs(states_at(c, there, [-BACK])[:, 0] - states).max(axis=0)
-    *_, carried = passages.deviations(scene, there, -BACK)
+    *_, carried = deviations(scene, there, -BACK)
     return [
         float(((plain.time != mirrored.time) | other).sum()),
         float((REVERSAL[:, None, None] * forward != backward).sum()),

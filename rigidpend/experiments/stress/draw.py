@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH, entry, title
-from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
+from rigidpend.experiments.stress import LIMIT, PASSED, REFUTED
 from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
@@ -30,7 +30,7 @@ FLOOR, CEILING = 1e-17, 1e2
 LOOKS = {
     PASSED: (BLUE, "o", "within its bound"),
     LIMIT: (ORANGE, "D", "beyond, a documented limit"),
-    FAILED: (RED, "X", "beyond: failed"),
+    REFUTED: (RED, "X", "beyond: failed"),
 }
 """Colour, marker and label of each verdict."""
 INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))

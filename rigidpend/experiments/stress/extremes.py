@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.stress import scenes
-from rigidpend.experiments.stress.passages import DEVIATIONS, compared
+from rigidpend.experiments.stress.roundings import DEVIATIONS, compared
 from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact, exacts
@@ -37,22 +37,22 @@ class Extreme(NamedTuple):
     mu: str = "1/1000"
     h0: str = "1.3342"
     J1_0: str = "1e-8"
-    most: int = 15
+    most_symbols: int = 15
     """Largest number of symbols; below 15, for long passages, also at most two orbits."""
 
 
 GROUPS = {
     # Bodies with two nearly equal moments, flat or nearly spherical bodies, and special beta0.
     "bodies": (
-        Extreme("A3 = A2 + 0.05", A=("1.5", "1", "1.05"), most=8),
-        Extreme("A3 = A2 + 0.01", A=("1.5", "1", "1.01"), most=4),
-        Extreme("A3 = A2 + 0.001", A=("1.5", "1", "1.001"), most=2),
-        Extreme("A3 = A1 - 0.1", A=("2", "1", "1.9"), most=8),
-        Extreme("A3 = A1 - 0.01", A=("2", "1", "1.99"), most=4),
-        Extreme("A3 = A1 - 0.001", A=("2", "1", "1.999"), most=2),
+        Extreme("A3 = A2 + 0.05", A=("1.5", "1", "1.05"), most_symbols=8),
+        Extreme("A3 = A2 + 0.01", A=("1.5", "1", "1.01"), most_symbols=4),
+        Extreme("A3 = A2 + 0.001", A=("1.5", "1", "1.001"), most_symbols=2),
+        Extreme("A3 = A1 - 0.1", A=("2", "1", "1.9"), most_symbols=8),
+        Extreme("A3 = A1 - 0.01", A=("2", "1", "1.99"), most_symbols=4),
+        Extreme("A3 = A1 - 0.001", A=("2", "1", "1.999"), most_symbols=2),
         Extreme("flat", A=("2", "1/2", "3/2")),
         # nu is 157, and the surfaces split by exp(-157).
-        Extreme("near-spherical, 2 %", A=("1.01", "0.99", "1"), most=2),
+        Extreme("near-spherical, 2 %", A=("1.01", "0.99", "1"), most_symbols=2),
         Extreme("beta0 = 0", r=("1", "0", "0")),
         Extreme("beta0 = pi", r=("0", "1", "0")),
         Extreme("Hess", r=("1", "sqrt(2)", "0")),
@@ -60,8 +60,8 @@ GROUPS = {
     ),
     # Weights from zero to nearly h0, at which the pendulum nearly stops at the top.
     "energies": (
-        Extreme("mu = 1e-60 h0", mu="1.3342e-60", most=2),
-        Extreme("mu = 1e-90 h0", mu="1.3342e-90", most=2),
+        Extreme("mu = 1e-60 h0", mu="1.3342e-60", most_symbols=2),
+        Extreme("mu = 1e-90 h0", mu="1.3342e-90", most_symbols=2),
         *(
             Extreme(f"mu = {share} h0", mu=f"1.3342*{share}")
             for share in ("0", "1e-30", "1e-8", "1e-2", "0.1", "0.3", "0.6", "0.9")
@@ -110,10 +110,10 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
 
 def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) -> Trial:
     """Trial of a route problem: both claims and their measurement."""
-    phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
+    phases = PHASES[: columns if extreme.most_symbols > 2 else min(columns, 2)]
 
     def measure() -> Findings:
-        body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most)
+        body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most_symbols)
         problem = RouteProblem(body, exact(extreme.h0), exact(extreme.J1_0), n)
         found = scenes.routes(problem, phases, jobs)
         # Uncertain symbols may be wrong: only certain ones count.
@@ -125,7 +125,7 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
             f"{extreme.name}: error",
             ERROR,
             "largest phase error at a certain symbol, against"
-            f" {scenes.BITS} or {scenes.INTEGER_BITS} bits",
+            f" {scenes.TRUTH_BITS} or {scenes.INTEGER_BITS} bits",
             "a symbol turns over at about a radian; a hundredth is far from it",
             "rad",
         ),
@@ -143,9 +143,9 @@ def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], j
     """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
     errors = np.zeros(found.codes.shape)
     # Symbols that took 113 bits or more are compared with integers of more bits.
-    exacting = found.bits >= scenes.BITS
+    exacting = found.bits >= scenes.TRUTH_BITS
     for mask, engine, bits in (
-        (~exacting, "taylor", scenes.BITS),
+        (~exacting, "taylor", scenes.TRUTH_BITS),
         (exacting & found.certain.any(axis=0), "scipy", scenes.INTEGER_BITS),
     ):
         if mask.any():

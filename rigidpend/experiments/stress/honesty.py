@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.stress import scenes
-from rigidpend.experiments.stress.scenes import BITS, Claim, Findings, Trial, random_phases
+from rigidpend.experiments.stress.scenes import TRUTH_BITS, Claim, Findings, Trial, random_phases
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -162,12 +162,12 @@ def true_codes(
     """
     first = phases[:checked]
     if not principal_axes.installed():
-        return symbols(scenes.route_crossings(problem, first, jobs, BITS, "scipy").separatrix)
+        return symbols(scenes.route_crossings(problem, first, jobs, TRUTH_BITS, "scipy").separatrix)
     true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
     differ = (true != doubted).any(axis=0)
     true[:, differ], _ = principal_axes.settled(problem, phases[differ], doubted[:, differ], jobs)
-    if checked and principal_axes.offers(BITS):
-        true[:, :checked] = principal_axes.codes(problem, first, bits=BITS, jobs=jobs)
+    if checked and principal_axes.offers(TRUTH_BITS):
+        true[:, :checked] = principal_axes.codes(problem, first, bits=TRUTH_BITS, jobs=jobs)
     return true
 
 
@@ -204,8 +204,8 @@ def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
     """The maps of a run, the first or all of them spoilt."""
 
     class Spoilt(mapped.Maps):
-        def made(self, bits: int, design: Design) -> ReturnMap:
-            right = super().made(bits, design)
+        def map_of(self, bits: int, design: Design) -> ReturnMap:
+            right = super().map_of(bits, design)
             if design != FIRST and not every:
                 return right
             return spoilt(right, size, int(1000 * float(design.unit)))
@@ -287,7 +287,7 @@ def address_trial(name: str, problem: RouteProblem, words: int, seed: int) -> Tr
         ),
         Claim(
             f"{name}: read back", 0,
-            f"found orbits whose address by integration in {BITS} bits is another",
+            f"found orbits whose address by integration in {TRUTH_BITS} bits is another",
             "26 digits outlast ten of the shortest passages, which take two each at most",
         ),
         Claim(
@@ -310,5 +310,5 @@ def _read_back(problem: RouteProblem, found: FoundOrbit) -> bool:
     """True if integration in more bits than found the orbit gives its whole address."""
     n = len(found.address.symbols)
     start: Any = {"h0": problem.h0, "J1_0": problem.J1_0}
-    own = address_of(problem.body, found.theta2_0, **start, n_symbols=n, precisions=(BITS,))
+    own = address_of(problem.body, found.theta2_0, **start, n_symbols=n, precisions=(TRUTH_BITS,))
     return own == found.address and found.confirmed == n

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rigidpend.experiments.data import Data, Tree
-from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
+from rigidpend.experiments.stress import LIMIT, PASSED, REFUTED
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
@@ -25,18 +25,20 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, resolve
-from rigidpend.routes.certainty import FIRST
+from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run
 
-BITS = 113
+TRUTH_BITS = 113
 """Precision of the truth for orbits decided in fewer bits."""
 INTEGER_BITS = 192
-"""Precision, in integers, of the truth for orbits decided in `BITS` or more.
+"""Precision, in integers, of the truth for orbits decided in `TRUTH_BITS` or more.
 
 It is above the last of the default precisions, so that no computation judges itself."""
+SIGMAS = 4.0
+"""Standard errors within which two means, or two medians, count as equal."""
 
 
 class Claim(NamedTuple):
@@ -62,7 +64,7 @@ class Claim(NamedTuple):
             **self._asdict(),
             "bound": float(self.bound),
             "up_to": float(max(self.bound, self.up_to)),
-            "verdict": PASSED if value <= self.bound else LIMIT if value <= self.up_to else FAILED,
+            "verdict": PASSED if value <= self.bound else LIMIT if value <= self.up_to else REFUTED,
             "note": note,
             "value": value,
             "ratio": float(ratio),
@@ -199,7 +201,7 @@ def routes(
 ) -> RouteCodes:
     """Route codes as `rigidpend.route_codes` gives them."""
     arithmetic = resolve(engine, tolerance, precisions)
-    return codes_of(problem, phases, arithmetic, jobs, method, kept=True)
+    return codes_of(problem, phases, arithmetic, jobs, method, use_kept=True)
 
 
 def route_crossings(
@@ -210,7 +212,7 @@ def route_crossings(
     The engine `scipy` computes in integers, which share no arithmetic with the other engine.
     """
     run = Run(problem, Phases(phases), resolve(engine, None, (bits,)), jobs)
-    return run.crossings(bits, FIRST, range(len(run.phases)))
+    return run.crossings(bits, FIRST_SCALES, range(len(run.phases)))
 
 
 def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
@@ -12,6 +12,8 @@ from rigidpend.config.schema import Count, ExperimentConfig, Number, Part, Whole
 Spoilt = Annotated[
     Number, holding(lambda x: 1e-13 <= x <= 1e-2, "a spoilt tolerance is from 1e-13 to 0.01")
 ]
+Precision: TypeAlias = Literal["53", "64", "106", "113"]
+"""Bits that decide symbols alone."""
 
 
 class LongTime(Part):
@@ -39,9 +41,9 @@ class Passages(Part):
     """Number of orbits whose errors are measured."""
     n_crossings: Annotated[Whole, Field(ge=8, le=20)] = 16
     """Number of crossings on each orbit."""
-    columns: dict[Literal["53", "64", "106", "113"], Count]
+    columns: dict[Precision, Count]
     """Number of orbits on which each precision decides as many symbols as it can."""
-    checked: dict[Literal["53", "64", "106", "113"], Count]
+    checked: dict[Precision, Count]
     """Number of them that are compared with a higher precision."""
 
 

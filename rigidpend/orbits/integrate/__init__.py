@@ -104,9 +104,9 @@ def in_turn(found: Crossings) -> Crossings:
 
 WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
 """Names of the coefficients that are proportional to mu."""
-WIDEST = 212
+UNSCALED_BITS = 212
 """Bits up to which series are so short that no unit of M is needed, at any energy."""
-NEAR = 16
+NEAR_UNIT = 16
 """Factor by which |M| may differ from 1 before numbers of more bits need a unit of M."""
 
 
@@ -120,11 +120,11 @@ def in_unit(
     with 110 orders and more they leave the range of doubles, or become denormal, which is slow.
     Kernels in numbers of `bits` bits (None: integers) take the unit 1 where that does no harm.
     """
-    if bits is not None and bits <= WIDEST:
+    if bits is not None and bits <= UNSCALED_BITS:
         return Fraction(1), c, states
     largest = max(abs(x) for x in np.ravel(states[:3]))
     unit = Fraction(2) ** (largest.numerator.bit_length() - largest.denominator.bit_length() - 1)
-    if bits is not None and 1 / NEAR < unit < NEAR:
+    if bits is not None and 1 / NEAR_UNIT < unit < NEAR_UNIT:
         return Fraction(1), c, states
     # With M = unit M* and t' = t*/unit the equations keep their form with mu* = mu/unit^2. Division
     # by a power of two rounds nothing.

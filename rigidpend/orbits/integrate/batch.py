@@ -53,7 +53,7 @@ LONGER = 4
 
 A passage of a nearly symmetric body takes some hundred thousand steps: in calls of 75 steps it took
 four times as long."""
-LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
+COLUMN = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
 """Type of a column.
 
 It holds the number of the orbit, the number of its crossings, the number of steps since the last
@@ -100,7 +100,7 @@ class Batch:
         self.states, self.times = self.rows[:-2], self.rows[-2:]
         # The same room however few the orbits are: pages that are never written take no memory.
         self.notes = np.empty(STEPS[bits] * TOGETHER[bits], following.note(order, bits))
-        self.lanes, self.next = np.zeros(0, LANE), 0
+        self.lanes, self.next = np.zeros(0, COLUMN), 0
 
     def run(self) -> Crossings:
         """Follow all orbits."""
@@ -174,7 +174,7 @@ class Batch:
         kept = np.flatnonzero(~np.asarray(ended, dtype=bool))
         new = np.arange(self.next, min(self.n, self.next + self.width - kept.size))
         self.next += new.size
-        begun = np.zeros(new.size, LANE)
+        begun = np.zeros(new.size, COLUMN)
         begun["orbit"] = new
         self.lanes = np.concatenate((self.lanes[kept], begun))
         rows = np.concatenate((self.rows[:, kept], self.initial[:, new]), axis=1)

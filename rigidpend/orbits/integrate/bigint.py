@@ -25,12 +25,12 @@ from rigidpend.orbits.integrate import in_unit
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
 from rigidpend.orbits.integrate.passages import crossings_of_series
 
-GAIN = 1.2
+NATS_PER_ORDER = 1.2
 """Nats by which an order reduces the error: the cheapest of 1.0 to 2.4, from 448 to 704 bits.
 
 If the cost of a series grew as the square of its orders, two nats would be cheapest; products of
 whole series cost less."""
-SHRINK = math.exp(-GAIN)
+SHRINK = math.exp(-NATS_PER_ORDER)
 """Ratio of a step to the radius of convergence."""
 LONGEST = 2.0
 """Logarithm of the largest radius that is accepted: the last coefficients may be zero."""
@@ -136,7 +136,7 @@ class _Flow:
 
         self.integer, self.polynomial = fmpz, fmpz_poly
         # So many orders reduce the truncation error by P bits.
-        self.P, self.order = P, math.ceil(P * math.log(2) / GAIN) + 1
+        self.P, self.order = P, math.ceil(P * math.log(2) / NATS_PER_ORDER) + 1
         lines = [(i, *line) for i, line in enumerate(ALIGNED.lines)]
         self.components = [i for i, name, _ in lines if name == "component"]
         self.sums = [(i, *ALIGNED.lines[i].operands) for i in ALIGNED.sums]

@@ -33,7 +33,7 @@ LARGE = 2.0**-4
 
 Rounding the state then costs the difference four bits. The series of larger differences converge
 more slowly."""
-MARGIN = 16
+MARGIN_BITS = 16
 """Bits below the last bit of a difference at which its square may be left out."""
 
 
@@ -115,10 +115,10 @@ class Walk:
 
         The result is the number of the point that is reached.
         """
-        # Up to there the squares of the differences are below their rounding by `MARGIN` bits, so
+        # Up to there the squares of the differences are below their rounding by `MARGIN_BITS`, so
         # that all orbits cross with the reference, to the last bit of the times.
         largest = float(np.abs(self.shifts).max(initial=0.0))
-        k = self.reference.last_below(2.0 ** -(53 + MARGIN) / largest) if largest else 0
+        k = self.reference.last_below(2.0 ** -(53 + MARGIN_BITS) / largest) if largest else 0
         if k:
             self.differences = np.outer(self.reference.tangents[k], self.shifts)
         for passed in chain.from_iterable(self.reference.crossings[:k]):

@@ -19,7 +19,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles, exactly
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import (
     OPERATIONS,
-    WIDE,
+    WIDE_LANES,
     convolution,
     elementwise,
     held,
@@ -250,7 +250,7 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     parts = 2 if isinstance(a[0], PairArray) else 1
     shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
     width = math.prod(shape)
-    wide = max(width, WIDE)
+    wide = max(width, WIDE_LANES)
 
     def matrices(factors: Sequence[Any]) -> list[Any]:
         """The parts of polynomials as the compiled loop reads them, (parts, p, `wide`) each."""
@@ -264,7 +264,7 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     tables = [
         *(np.array([x.ctypes.data for x in each]) for each in factors),
         np.array([len(x) for x in a]),
-        np.empty((3, rows, parts, WIDE)),
+        np.empty((3, rows, parts, WIDE_LANES)),
     ]
     many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
     loop = convolution(53 * parts) if many > SHORT else held(convolution, 53 * parts)

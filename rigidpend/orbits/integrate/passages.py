@@ -14,7 +14,7 @@ from rigidpend.numbers.generic import Numbers, Scalar
 
 UNDECIDED = 5
 """Mark in the place of a separatrix: a touch is not decided, the orbit not known any further."""
-FINEST = 2.0**-20
+FINEST_INTERVAL = 2.0**-20
 """Half of an interval, as a share of the step, below which a turning point is sought in it."""
 TOUCH = 1e-5
 """Depth of a touch of M3 = 0, relative to |M|, up to which doubles do not decide it.
@@ -91,7 +91,7 @@ class _Polynomial:
             if crosses(value_at(self.c, a), value_at(self.c, b)):
                 yield self._bisected(a, b), True
             return
-        if half < FINEST:
+        if half < FINEST_INTERVAL:
             yield from self._at_turn(a, b)
             return
         yield from self.between(a, middle)

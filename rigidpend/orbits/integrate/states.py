@@ -42,7 +42,7 @@ STEPS = 5_000
 """Steps of all vectors of lanes in a call of the kernel, which cannot be interrupted: 3 ms."""
 TOGETHER = 256
 """Orbits in a call at most, which keeps its arrays of samples small."""
-FIRST = "taylor"
+FIRST_ENGINE = "taylor"
 """Engine that finds the first crossing in doubles: unlike `scipy`, it misses no touch."""
 GAINED = 40
 """Bits of the crossing's time that a Newton iteration gains at least, its step being a double."""
@@ -260,9 +260,9 @@ def first_crossings(
     exact = states.dtype == object
     whole = _whole(engine, bits) if exact else 53
     floats = AlignedCoefficients(*map(float, coefficients))
-    finest = max(tolerance, FINEST_TOLERANCE[FIRST])
+    finest = max(tolerance, FINEST_TOLERANCE[FIRST_ENGINE])
     orbits = Orbits(floats, states.astype(float), 1, limit)
-    seen = crossings(orbits, engine=FIRST, bits=53, tolerance=finest, jobs=jobs)
+    seen = crossings(orbits, engine=FIRST_ENGINE, bits=53, tolerance=finest, jobs=jobs)
     if exact and (seen.outcome == Outcome.FAILED).any():
         # Doubles do not decide some of the orbits, such as those that touch M3 = 0.
         orbits = Orbits(coefficients, states, 1, limit)

@@ -13,12 +13,14 @@ reduced       the reduced equations beside the upper periodic orbit
 normal_form   Moser's normal form, found degree by degree
 conjugacy     the normal form at given energies, evaluated and inverted
 poincare      the section M3 = 0 in coordinates (d, chi)
+tables        functions of a place, a phase and the energy: fitted at nodes, and looked up
 charts        from the section to the normal form and back, as tables
 passage       passages, forward and backward, with their derivatives, and first crossings
 program       a finished map, and starts in the normal form, as data for the kernel
 kernel        many orbits followed through any map, in machine code
 kernel_sums   tables and polynomials summed in lanes: parts of the kernel
-orders        sizes of the tables, from two looks at the body
+looks         two looks at a body: how wide its layer of orbits is, how fast its series shrink
+orders        sizes of the tables, from these looks
 checks        errors at held-out points
 build         maps built and checked, or refused
 storage       maps on request: from memory, from disk, or built

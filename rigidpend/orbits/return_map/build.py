@@ -17,25 +17,21 @@ from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits import UNITS
+from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map.charts import (
-    Chart,
-    Charts,
-    ChartTable,
-    forward_table,
-    inverse_table,
-)
+from rigidpend.orbits.return_map.charts import Chart, Charts, forward_table, inverse_table
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking, looks
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
-from rigidpend.orbits.return_map.orders import Layer, Orders, Rough, Shrinking, looks, orders
+from rigidpend.orbits.return_map.orders import Orders, building_seconds, orders
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
 from rigidpend.orbits.return_map.program import Entry, Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
+from rigidpend.orbits.return_map.tables import ChartTable
 
-SLACK = 2.0**13
+ALLOWED_ROUNDINGS = 2.0**13
 """Allowed error of a map in doubles, or with tables of no more bits than its own, in roundings.
 
 With the body of Fig. 4 finished maps err by some tens of roundings, and by 700 at mu = 0.01."""
@@ -50,7 +46,7 @@ INNER = 32.0
 
 With 11 bodies drawn by lot charts stated 5e-4 to 1.6 of it, where these terms came to just that.
 Where passages take 36 to 53 rotations, smaller terms leave up to a seventh fewer orbits open."""
-ROUNDINGS = 32
+LEAST_ROUNDINGS = 32
 """Error of a finished map in roundings, at least: those of Fig. 4's body err by some tens."""
 ATTEMPTS = 4
 """Number of attempts, each with higher orders than the last, before a map is refused."""
@@ -63,13 +59,13 @@ Both are growths per radian of psi."""
 class Design(NamedTuple):
     """Design of a map: maps of different designs share no rounding and no truncation."""
 
-    unit: str = UNITS[0]
+    unit: str = M_UNITS[0]
     """Unit, as a decimal: M is multiplied by it, mu and h by its square, t' is divided by it."""
-    stretch: float = 1.0
+    arc_stretch: float = 1.0
     """Factor on the duration of the arcs, which for 1 end where |u| = |v|."""
-    more: int = 0
+    more_terms: int = 0
     """Number of further terms of every expansion, even."""
-    origin: float = 0.0
+    phase_shift: float = 0.0
     """Shift of phases before they are rounded, radians."""
     theta3: bool = True
     """True if the map gives the growth of theta3, which takes a third of the time to build."""
@@ -94,12 +90,12 @@ class Costly(MapError):
         )
 
 
-WHOLE = Design()
+WITH_THETA3 = Design()
 """Design of a map that gives theta3 too."""
 FIRST, SECOND, THIRD = (
-    WHOLE._replace(theta3=False),
-    Design(UNITS[1], 1.06, 2, 0.7, theta3=False),
-    Design(UNITS[2], 1.03, 2, 1.9, theta3=False),
+    WITH_THETA3._replace(theta3=False),
+    Design(M_UNITS[1], 1.06, 2, 0.7, theta3=False),
+    Design(M_UNITS[2], 1.03, 2, 1.9, theta3=False),
 )
 """Designs of up to three maps for route codes, which need no theta3."""
 
@@ -213,7 +209,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     """
     _, planned = plan(body, low, high, bits, design)
     rough = _rough(body, (low + high) / 2, design)
-    return rough.cost(planned, table_bits(bits), theta3=design.theta3)
+    return building_seconds(rough, planned, table_bits(bits), theta3=design.theta3)
 
 
 def _rough(body: Body, h: Exact, design: Design) -> Rough:
@@ -236,15 +232,15 @@ def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
     target = min(2.0**-bits, _allowed(bits) / below)
     # In doubles, terms below the roundings of a finished map gain nothing.
-    inner = min(_allowed(bits) / INNER, ROUNDINGS * 2.0**-bits)
+    inner = min(_allowed(bits) / INNER, LEAST_ROUNDINGS * 2.0**-bits)
     unit, half = float(design.unit), (ends[1] - ends[0]) / 2
     planned = orders(found[0], half, *found[1:], target, inner)
-    return found[1].in_unit(unit), planned.designed(unit, design.stretch, design.more)
+    return found[1].in_unit(unit), planned.designed(unit, design.arc_stretch, design.more_terms)
 
 
 def _allowed(bits: int) -> float:
     """The largest error that a finished map may have, relative."""
-    return 2.0**-bits * (SLACK if bits in (53, table_bits(bits)) else 1.0)
+    return 2.0**-bits * (ALLOWED_ROUNDINGS if bits in (53, table_bits(bits)) else 1.0)
 
 
 @functools.lru_cache(maxsize=64)
@@ -293,7 +289,7 @@ def build(
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
-        spent += rough.cost(planned, a.bits, theta3=design.theta3)
+        spent += building_seconds(rough, planned, a.bits, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)
@@ -347,7 +343,7 @@ def _attempt(
     for rising in (False, True):
         width = a.number(layer.widths[rising])
         forward = forward_table(rising, width, o.n_x, o.n_phase, nf, c, length, a)
-        reach = a.number(layer.invariant)
+        reach = a.number(layer.widest_I)
         inverse = inverse_table(rising, forward, reach, o.n_phase_inverse, nf, a)
         charts.append(Chart(forward, inverse))
         found.append(held_out(rising, charts[-1], nf, c, length, a))

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.charts import Chart, ChartTable, Looked, invariants, section_chart
+from rigidpend.orbits.return_map.charts import Chart, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients
+from rigidpend.orbits.return_map.tables import ChartTable, Looked
 
 LEVELS = 16
 """Number of random energies at which tables are checked, one in each equal part of the interval.
@@ -27,12 +28,12 @@ CORNERS = 16
 
 There all terms left out add up: with bodies drawn by lot charts err by up to 90 times as much there
 as at 12 random points."""
-SHARED = 8
+CHART_FACTOR = 8
 """Factor of the stated error of a chart over the largest difference at held-out points.
 
 Tables and held-out arcs share a normal form, and its error. With 36 bodies drawn by lot, 400 points
 each, errors by a normal form of more terms were up to 5.2 times the difference."""
-BETWEEN = 4
+INVERSE_FACTOR = 4
 """Factor of the stated error of an inverse chart over the largest one at held-out points.
 
 With 76 bodies drawn by lot, 400 points each, errors between these were up to 2.6 times as large."""
@@ -100,7 +101,7 @@ def held_out(
         a.largest(again.s - s),
         a.largest((back[2:] - there[2:]) / scale[2:]),
     )
-    return SHARED * a.largest((seen - direct) / scale), BETWEEN * max(off)
+    return CHART_FACTOR * a.largest((seen - direct) / scale), INVERSE_FACTOR * max(off)
 
 
 def points(random: np.random.Generator, each: int) -> tuple[Any, Any, list[int]]:

@@ -12,7 +12,7 @@ import numpy as np
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import in_lanes
 from rigidpend.orbits.return_map.expansions import fourier_basis, grouped, in_blocks
-from rigidpend.orbits.return_map.normal_form import GUARD, MapError, NormalForm, powers
+from rigidpend.orbits.return_map.normal_form import GUARD_SHARE, MapError, NormalForm, powers
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 
 MOST_ITERATIONS = 12
@@ -23,7 +23,7 @@ SETTLED = 1e-9
 Slopes from terms up to half the degree leave 2^-24 of a correction."""
 SLOPES = 2.0**-44
 """Share of a correction that remains to be done when its slopes are those in doubles."""
-BEYOND = (
+OUT_OF_REACH = (
     "the series of the normal form cannot be inverted at the ends of the section's arcs, for it"
     " does not reach so far; a smaller mu brings them within reach"
 )
@@ -60,7 +60,7 @@ def _powers(x: Any, n: int) -> Any:
     return found
 
 
-class Beside(NamedTuple):
+class NormalPoint(NamedTuple):
     """Points in the coordinates of the normal form, (N,) each."""
 
     u: Any
@@ -117,14 +117,14 @@ class TorusForm:
         found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
         return found
 
-    def each(self, points: int) -> Any:
+    def group_sizes(self, points: int) -> Any:
         """The number of points of each group, given the number of all points."""
         return points // len(self.weights) if self.counts is None else self.counts
 
     def rates(self, I: Scalar) -> TorusRates:
         """The rates at the invariants I, (N,), of points in groups."""
         by_power = _powers(I, max(self.exponent.shape[1], self.rotation.shape[1]))
-        each = self.each(len(I))
+        each = self.group_sizes(len(I))
         found = (
             _polynomial(np.repeat(c, each, axis=0), by_power)
             for c in (self.exponent, self.rotation)
@@ -136,7 +136,7 @@ class TorusForm:
         Qp, Qm, *_, tau = TorusSeries(self, psi).values(u, v)
         return Qp, Qm, tau
 
-    def inverted(self, psi: Scalar, Qp: Scalar, Qm: Scalar) -> Beside:
+    def inverted(self, psi: Scalar, Qp: Scalar, Qm: Scalar) -> NormalPoint:
         """The coordinates u and v of points (Qp, Qm) at phases psi, by Newton's method.
 
         Newton's method runs in doubles up to the last correction. In this one only the terms of
@@ -155,11 +155,11 @@ class TorusForm:
             _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))
             for groups, at, here in in_blocks(counts, terms)
         ]
-        return Beside(*(np.concatenate(x) for x in zip(*found, strict=True)))
+        return NormalPoint(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
 
 def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -> tuple[Any, ...]:
-    """The fields of `Beside` for a block of points; `rough` is the normal form in doubles."""
+    """The fields of `NormalPoint` for a block of points; `rough` is the normal form in doubles."""
     a, doubles = form.a, rough.a
     given = [a.floats(x) for x in Q]
     series = TorusSeries(rough, a.floats(psi))
@@ -169,7 +169,7 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
         return (u, v, *series.values(u, v)[:1:-1])
     # Terms behind `low` may be rounded to doubles; slopes need terms up to `fine` only.
     size = max(doubles.largest(u), doubles.largest(v))
-    low, fine = series.least_degrees(size, GUARD * 2.0 ** (53 - a.bits), GUARD * SLOPES)
+    low, fine = series.least_degrees(size, GUARD_SHARE * 2.0 ** (53 - a.bits), GUARD_SHARE * SLOPES)
     _, by_u, by_v = series.part(0, fine).slopes(u, v, every=True)
     head = TorusSeries(form, psi, low)
     tail = series.part(low + 1)
@@ -182,7 +182,7 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
             # tau and sigma follow the last correction to first order: no further sum is needed.
             left = values - by_u * du - by_v * dv
             return (u, v, *left[:1:-1])
-    raise MapError(BEYOND)
+    raise MapError(OUT_OF_REACH)
 
 
 def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
@@ -207,7 +207,7 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
                 break
             # A correction doubles the correct digits, so twice as many terms matter from now on.
             degree, late = 2 * degree + 1, late + (degree >= series.degree)
-    raise MapError(BEYOND)
+    raise MapError(OUT_OF_REACH)
 
 
 def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
@@ -218,14 +218,11 @@ def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
 
 
 class TorusSeries:
-    """The series at given phases: polynomials in u and v, with coefficients for each point.
+    """The series at given phases: polynomials in u and v, with coefficients for each point."""
 
-    Terms above the degree `most` are left out, if it is given.
-    """
-
-    def __init__(self, form: TorusForm, psi: Scalar, most: int | None = None) -> None:
+    def __init__(self, form: TorusForm, psi: Scalar, most_degree: int | None = None) -> None:
         nf, weights, counts = form.nf, form.weights, form.counts
-        self.degree = nf.degree if most is None else min(most, nf.degree)
+        self.degree = nf.degree if most_degree is None else min(most_degree, nf.degree)
         self.series: list[tuple[Any, Any, int]] = []
         """Coefficients (N, terms, F or more), exponents (terms, 2), and F.
 
@@ -247,14 +244,14 @@ class TorusSeries:
             part = in_lanes(part.reshape(len(psi), -1, functions))
             self.series.append((part, exponents, functions))
 
-    def part(self, least: int, most: int | None = None) -> TorusSeries:
-        """The terms of degrees `least` to `most`, or from `least` on."""
+    def part(self, least_degree: int, most_degree: int | None = None) -> TorusSeries:
+        """The terms of degrees `least_degree` to `most_degree`, or from `least_degree` on."""
         made = copy.copy(self)
-        made.degree = self.degree if most is None else min(most, self.degree)
+        made.degree = self.degree if most_degree is None else min(most_degree, self.degree)
         made.series = []
         for c, exponents, functions in self.series:
             # The terms are in ascending order of degree, as `powers` lists them.
-            some = slice(*np.searchsorted(exponents.sum(axis=1), (least, made.degree + 1)))
+            some = slice(*np.searchsorted(exponents.sum(axis=1), (least_degree, made.degree + 1)))
             made.series.append((c[:, some], exponents[some], functions))
         return made
 

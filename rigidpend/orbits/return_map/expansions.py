@@ -26,11 +26,11 @@ ROOM = 2**19
 
 The coefficients then take some 25 MB. Larger arrays get new pages of memory at each use, which
 takes longer than the sums: at degree 67 a map with blocks of 512 points took 1.4 times as long."""
-KEPT = 256
+MOST_KEPT = 256
 """Number of sets of nodes, and of each kind of matrix, that are kept for the tables of all maps."""
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=MOST_KEPT)
 def phases(n: int, a: Precision) -> Any:
     """The n equidistant phases 0, 2 pi/n, ..."""
     return 2 * a.pi * a.array(np.arange(n)) / n
@@ -63,13 +63,13 @@ def fourier_slopes(basis: Any) -> Any:
     return slopes
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=MOST_KEPT)
 def fourier_synthesis(few: int, n: int, a: Precision) -> Any:
     """The matrix (few, n) from n coefficients to values at the `few` :func:`phases`."""
     return fourier_basis(phases(few, a), n, a)
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=MOST_KEPT)
 def fourier_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`phases` to coefficients."""
     # The n functions are orthogonal over the n phases: squares sum up to n/2, but those of 1 to n.
@@ -78,7 +78,7 @@ def fourier_analysis(n: int, a: Precision) -> Any:
     return matrix
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=MOST_KEPT)
 def nodes(n: int, a: Precision) -> Any:
     """The n zeros of the n-th Chebyshev polynomial, in [-1, 1], in descending order."""
     return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
@@ -110,13 +110,13 @@ def chebyshev_slopes(T: Any, x: Scalar) -> Any:
     return slopes
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=MOST_KEPT)
 def chebyshev_synthesis(few: int, n: int, a: Precision) -> Any:
     """The matrix (few, n) from n coefficients to values at the `few` :func:`nodes`."""
     return chebyshev_basis(nodes(few, a), n, a)
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=MOST_KEPT)
 def chebyshev_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`nodes` to coefficients."""
     matrix = chebyshev_synthesis(n, n, a).T * 2 / n
@@ -124,7 +124,7 @@ def chebyshev_analysis(n: int, a: Precision) -> Any:
     return matrix
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=MOST_KEPT)
 def gauss(n: int, a: Precision) -> tuple[Any, Any]:
     """The n points, in ascending order, and the weights of Gauss's rule on (0, 1)."""
     x = a.array(np.polynomial.legendre.leggauss(n)[0])

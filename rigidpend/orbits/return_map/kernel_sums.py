@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Functions, Value
+from rigidpend.orbits.integrate.kernel.lane_functions import Functions
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
 from rigidpend.orbits.integrate.kernel.machine_code import Writer
 from rigidpend.orbits.return_map.program import FUNCTIONS
 

@@ -42,7 +42,7 @@ Each squares the error of the frame, so that in practice few are made."""
 
 DIVERGED = 1e3
 """Residual of the Floquet frame, per radian, above which corrections are given up."""
-GUARD = 2.0**-8
+GUARD_SHARE = 2.0**-8
 """Error that terms in doubles may add, as a share of one rounding in the full precision."""
 SETTLED = 1e-4
 """Residual of the Floquet frame, per radian, below which it counts as found.
@@ -101,7 +101,7 @@ def normal_form(
     a: Precision,
     *,
     theta3: bool = True,
-    least: float = 0.0,
+    least_share: float = 0.0,
 ) -> NormalForm:
     """Find the normal form up to a total degree, from values at n phases.
 
@@ -113,7 +113,7 @@ def normal_form(
         Number of phases, odd.
     radius : float
         Largest |u| and |v| at which the series will be used.
-    least : float, optional
+    least_share : float, optional
         The degree is not raised further once its terms at the radius, relative to those of
         degree 1, are below this.
 
@@ -130,11 +130,11 @@ def normal_form(
             finder.extend_mean(D, 2, finder.sigma)
         finder.rotation.append(finder.extend_mean(D - 1, 3, finder.tau))
         share = finder.share(D, radius)
-        if share < least:
+        if share < least_share:
             break
-        # A rounding in doubles of a term of this size, or smaller, is below GUARD of a rounding of
+        # A rounding in doubles of a term of this size, or smaller, is below GUARD_SHARE of one of
         # the whole in the full precision.
-        if not finder.sharp and share < GUARD * 2.0 ** (53 - a.bits):
+        if not finder.sharp and share < GUARD_SHARE * 2.0 ** (53 - a.bits):
             finder.go_on_in_doubles()
     return finder.record(energies, D, radius)
 

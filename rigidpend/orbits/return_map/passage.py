@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.charts import Charts, ChartTable, Invariants, Looked, invariants
-from rigidpend.orbits.return_map.conjugacy import Beside, TorusForm
+from rigidpend.orbits.return_map.charts import Charts, Invariants, invariants
+from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.tables import ChartTable, Looked
 
 
 class SectionPoint(NamedTuple):
@@ -109,7 +110,7 @@ class EnergyLevel(TorusForm):
         point = SectionPoint(True, seen[0], reduced_angle(-chi, a))
         return Entered(point, time, at.sigma + seen[3] if nf.theta3 else None, inside)
 
-    def started(self, Qp: Scalar, phase: Scalar) -> tuple[Beside, Any]:
+    def started(self, Qp: Scalar, phase: Scalar) -> tuple[NormalPoint, Any]:
         """u and v of starts at Qp with Qm = 0, and which lie within the normal form's radius, (N,).
 
         Starts beyond it are replaced by points on its border, because the series need have no

@@ -33,11 +33,12 @@ from rigidpend.numbers.exact import context, fraction
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
-from rigidpend.orbits.return_map.charts import INVERSE, Charts, ChartTable, fitted
+from rigidpend.orbits.return_map.charts import Charts
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.tables import INVERSE_POWER, ChartTable, fitted
 
 FUNCTIONS = 3
 """Number of functions of a chart that codes and times need: all but that of theta3."""
@@ -98,7 +99,7 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
         return np.stack((at.v / Qp, at.u / Qp, at.tau))
 
     for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
-        table = fitted(placed, a.number(1), n_x, nf.n, nf, INVERSE, a)
+        table = fitted(placed, a.number(1), n_x, nf.n, nf, INVERSE_POWER, a)
         last = table.values.reshape(nf.energies.n, n_x, nf.n, -1)[:, -2:]
         if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
             return Entry(centre, half_width, table)

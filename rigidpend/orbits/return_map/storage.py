@@ -24,12 +24,12 @@ from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.mechanics.body import Body, check_units
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.exact import FINEST, Exact
+from rigidpend.numbers.exact import FINEST_BITS, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.build import (
-    WHOLE,
+    WITH_THETA3,
     Costly,
     Design,
     ReturnMap,
@@ -37,14 +37,15 @@ from rigidpend.orbits.return_map.build import (
     plan,
     table_bits,
 )
-from rigidpend.orbits.return_map.charts import Chart, ChartTable
+from rigidpend.orbits.return_map.charts import Chart
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.orders import Orders
 from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.tables import ChartTable
 
-MOST = 500_000_000
+MOST_BYTES = 500_000_000
 """Bytes of all kept maps.
 
 One of the body of Fig. 4 takes half a million, one of a nearly symmetric body 50 million."""
@@ -59,7 +60,7 @@ def return_map(
     *,
     h: Scalar,
     bits: int = 53,
-    design: Design = WHOLE,
+    design: Design = WITH_THETA3,
     budget: float = math.inf,
 ) -> ReturnMap:
     """The return map of a body, built or taken from the cache.
@@ -89,7 +90,7 @@ def return_map(
         is negative; the message gives the reason. Or building takes more than the budget.
     ParameterError
         The energies are no numbers, do not ascend or are far from 1; or bits are not from 53 to
-        `FINEST`.
+        `FINEST_BITS`.
 
     Examples
     --------
@@ -98,7 +99,7 @@ def return_map(
     """
     checked.of_kind("body", body, Body)
     checked.of_kind("design", design, Design)
-    bits = checked.whole("bits", bits, 53, FINEST)
+    bits = checked.whole("bits", bits, 53, FINEST_BITS)
     ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
     if len(ends) != 2:
         raise ParameterError("h", f"h must be an energy or a pair of energies, got {named(h)}")
@@ -107,12 +108,12 @@ def return_map(
         raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
     for end in (low, high):
         check_units("h", end)
-    return kept(body, low, high, bits, design).within(budget)
+    return kept_map(body, low, high, bits, design).within(budget)
 
 
 def is_kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> bool:
     """True if a map was built before, by this or another process, and can be used."""
-    return isinstance(kept(body, low, high, bits, design).known, ReturnMap)
+    return isinstance(kept_map(body, low, high, bits, design).known, ReturnMap)
 
 
 def build_apart(
@@ -123,7 +124,7 @@ def build_apart(
     Threads would not gain time: most of it is spent in the interpreter, which they share.
     """
     low, high = ends
-    kept(body, low, high, bits, design).within(budget, _by_process)
+    kept_map(body, low, high, bits, design).within(budget, _by_process)
 
 
 def _by_process(*task: Any) -> ReturnMap:
@@ -143,7 +144,7 @@ class _Kept:
 
     def __init__(self, body: Body, low: Exact, high: Exact, bits: int, design: Design) -> None:
         self._task = body, low, high, bits, design
-        self._of = followed(body, low, high, bits, design, table_bits(bits))
+        self._of = map_key(body, low, high, bits, design, table_bits(bits))
         self._lock, self.known = threading.Lock(), self._stored()
 
     def within(self, budget: float, make: Make | None = None) -> ReturnMap:
@@ -180,7 +181,7 @@ class _Kept:
         text = json.dumps([_described(x, arrays) for x in facts])
         content = io.BytesIO()
         np.savez(content, *arrays, text=np.array(text))
-        cache.save(cache.folder() / "maps", self._of, content.getvalue(), MOST)
+        cache.save(cache.folder() / "maps", self._of, content.getvalue(), MOST_BYTES)
 
     def _stored(self) -> ReturnMap | MapError | None:
         """The map or the reason that is stored; None if there is neither."""
@@ -190,7 +191,7 @@ class _Kept:
             return None
         a = precision(bits)
         with np.load(io.BytesIO(content)) as stored:
-            parts = (joined(stored[f"arr_{k}"], a) for k in range(len(stored.files) - 1))
+            parts = (from_doubles(stored[f"arr_{k}"], a) for k in range(len(stored.files) - 1))
             facts = [_restored(x, parts) for x in json.loads(str(stored["text"]))]
         # A reason, with the least time if a budget was the reason; else the parts of a map.
         if len(facts) == 2:
@@ -201,11 +202,11 @@ class _Kept:
         return ReturnMap(body, bits, ends, errors, orders, design, nf, (down, up), cost)
 
 
-kept = functools.lru_cache(maxsize=16)(_Kept)
+kept_map = functools.lru_cache(maxsize=16)(_Kept)
 """The one :class:`_Kept` of a map, of those that were asked for last."""
 
 
-def followed(body: Body, low: Exact, high: Exact, bits: int, design: Design, table: int) -> bytes:
+def map_key(body: Body, low: Exact, high: Exact, bits: int, design: Design, table: int) -> bytes:
     """All that a map follows from, as text: the key under which it is stored.
 
     `bits` is the precision of the map, `table` that of its tables.
@@ -221,7 +222,7 @@ def _described(x: Any, arrays: list[Any]) -> Any:
         return [type(x).__name__, *(_described(each, arrays) for each in x)]
     if x is None or isinstance(x, (str, int, float)):
         return x
-    arrays.append(split(x))
+    arrays.append(as_doubles(x))
     return {}
 
 
@@ -232,7 +233,7 @@ def _restored(x: Any, arrays: Iterator[Any]) -> Any:
     return next(arrays)[()] if isinstance(x, dict) else x
 
 
-def split(x: Scalar) -> Any:
+def as_doubles(x: Scalar) -> Any:
     """Numbers of any precision as exact sums of doubles, (terms, ...), the largest first."""
     if isinstance(x, PairArray):
         return x.parts
@@ -246,8 +247,8 @@ def split(x: Scalar) -> Any:
     return np.stack(parts[:-1] or parts)
 
 
-def joined(parts: Any, a: Precision) -> Any:
-    """The numbers of a precision that :func:`split` has made parts of."""
+def from_doubles(parts: Any, a: Precision) -> Any:
+    """The numbers of a precision that :func:`as_doubles` has made parts of."""
     if a.in_pairs:
         return PairArray(parts)
     # From the smallest part on, each partial sum is a number of the precision, without a rounding.

@@ -33,7 +33,7 @@ GAIN = 35
 """Bits that an iteration gains: those to which doubles solve the linear equation."""
 DOUBLE = 35
 """Bits of the solution in doubles that are taken as right at the beginning."""
-KEPT = 46
+COEFFICIENT_BITS = 46
 """Bits down to which doubles give coefficients; their decay tells how many a series needs."""
 FASTER = 0.9
 """Coefficients kept, as a share of those for a geometric decay; measured, the decay is faster."""
@@ -41,7 +41,7 @@ NOISE = 2.0**-42
 """Size of a coefficient, over the largest one of a correction, below which it is round-off."""
 FIRST_NODES = 64
 """Nodes of the first solution of a step."""
-GUARD = 8
+RESIDUAL_BITS = 8
 """Bits of a residual beyond those that its correction can use."""
 GRAIN = 4
 """Numbers of coefficients are multiples of this, so that few rules are computed."""
@@ -155,7 +155,7 @@ class Approximation:
             # A step of thousands of bits takes half a minute.
             check_stop()
             # An early residual is not computed in more bits than its correction can use.
-            work = min(bits, known + GAIN + GUARD)
+            work = min(bits, known + GAIN + RESIDUAL_BITS)
             residual = self._residual(P, begin, whole, bits, work)
             size = max(map(abs, (x for row in residual for x in row)))
             P = _corrected(P, residual, size.bit_length(), linear)
@@ -187,9 +187,9 @@ class Approximation:
         series = states @ rule(states.shape[1]).series.T
         # From each place on the largest coefficient: a single small one does not end a series.
         tail = np.maximum.accumulate(np.abs(series).max(axis=0)[::-1])[::-1]
-        enough = max(4, int((tail > 2.0**-KEPT * tail[0]).sum()))
+        enough = max(4, int((tail > 2.0**-COEFFICIENT_BITS * tail[0]).sum()))
         # If coefficients decay geometrically, their number grows in proportion to the bits.
-        n = -(-(int(FASTER * enough * bits / KEPT) + 4) // GRAIN) * GRAIN
+        n = -(-(int(FASTER * enough * bits / COEFFICIENT_BITS) + 4) // GRAIN) * GRAIN
         kept = np.zeros((6, n))
         m = min(n, enough + 1)
         kept[:, :m] = series[:, :m]

@@ -27,7 +27,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficie
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
 
-SCALARS = 64
+ARB_BITS = 64
 """Precision in which bounds are computed, bits; Arb rounds each outward."""
 
 

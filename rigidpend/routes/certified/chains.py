@@ -22,10 +22,10 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import prove_link, relation
-from rigidpend.routes.certified.family_orbits import BEYOND, LineStarts, line_pieces, pieces
+from rigidpend.routes.certified.family_orbits import SPREAD_FACTOR, LineStarts, line_pieces, pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, quad_from
 from rigidpend.routes.certified.sections import Numbers
 from rigidpend.routes.symbolic.levels import each_alone
 
@@ -38,12 +38,12 @@ The least length of an image over that of the set it crosses, the width of a set
 image in it, and the length of the line's image over that of the first set."""
 STEP = 1e-5
 """Step of a difference in theta2_0, radians."""
-FINER, OF_LINE, GAIN, MOST_BITS = 11, 12, 1.9, 100
+SPARE_BITS, OF_LINE, GROWTH, MOST_BITS = 11, 12, 1.9, 100
 """Numbers that bits of coefficients follow from.
 
 Bits beyond those of the next set's size, further ones of a line, bits by which a bound grows while
 the unstable direction grows by e, and the most bits."""
-MORE = 0, 6, 14
+MORE_BITS = 0, 6, 14
 """Bits beyond the expected ones with which polynomials are tried, one after the other."""
 
 
@@ -58,7 +58,7 @@ class OrbitCrossings(NamedTuple):
 class Link(NamedTuple):
     """A set along an orbit, or the line of starts before the sets, and how its orbits are found."""
 
-    of: Quad | StartLine
+    start: Quad | StartLine
     setting: ShiftProblem
     turned: bool = False
     """True if chi of a set is nearer to pi than to 0."""
@@ -68,9 +68,9 @@ class Link(NamedTuple):
     def pieces(self, more: int = 0) -> list[FamilyStep]:
         """Polynomials of the link's orbits, with `more` bits than expected."""
         setting = self.setting._replace(bits=self.setting.bits + more)
-        if isinstance(self.of, StartLine):
-            return line_pieces(setting, self.of, self.theta2)
-        return pieces(setting, self.of, self.turned)
+        if isinstance(self.start, StartLine):
+            return line_pieces(setting, self.start, self.theta2)
+        return pieces(setting, self.start, self.turned)
 
 
 class _Frame(NamedTuple):
@@ -123,7 +123,7 @@ class _Frame(NamedTuple):
         """The set about crossing k with |x| <= a and |y| <= b."""
         lean = self.along[k] - self.shrunk[k]
         curve = self.d[k] - self.shrunk[k] * self.g[k], self.shrunk[k]
-        return made(k % 2 == 0, (a, b, -lean * self.g[k], lean), curve)
+        return quad_from(k % 2 == 0, (a, b, -lean * self.g[k], lean), curve)
 
     def wide(self, k: int) -> float:
         """The distance of the two lines where gamma3 has changed by all that is left up to 1."""
@@ -166,7 +166,7 @@ def links(
     ends = orbit.theta2 + REACH * most[0] / rate * np.array([-1.0, 1.0])
     on = np.linspace(ends[0], ends[1], 5)
     reached, off = starts.entered(on), starts.energies(on) - float(setting.shift)
-    setting = setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))
+    setting = setting._replace(spread=Fraction(SPREAD_FACTOR * float(np.abs(off).max())))
     starts = starts._replace(setting=setting)
     # Each set is so short, a, that the image of the one before crosses it, and so wide, b, that
     # the image lies within: both follow from corners and edges of the one before.
@@ -202,7 +202,7 @@ def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
     found = [_proven(numbers, part[-1], None) if whole else part[-1].pieces()]
     # From the last one on, as the proof of a link takes the polynomials of the next (C6).
     for link, after in reversed(list(pairwise(part))):
-        found.insert(0, _proven(numbers, link, (after.of, found[0])))
+        found.insert(0, _proven(numbers, link, (after.start, found[0])))
     return found if whole else found[:-1]
 
 
@@ -211,7 +211,7 @@ def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> b
     of = link.setting
     numbers = Numbers.of(of.body, of.h, of.spread, of.h0).without_derivatives
     try:
-        end = arrival(numbers, link.of, found)
+        end = arrival(numbers, link.start, found)
         for quad in quads:
             if quad.rising:
                 relation(end, quad, end.box, 0)
@@ -223,12 +223,12 @@ def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> b
 def _proven(
     numbers: Numbers, link: Link, after: tuple[Quad | StartLine, list[FamilyStep]] | None
 ) -> list[FamilyStep]:
-    """Polynomials that prove that a link covers the next; Undecided where MORE bits do not help."""
-    for more in MORE:
+    """Polynomials that prove that a link covers the next; Undecided where MORE_BITS do not help."""
+    for more in MORE_BITS:
         check_stop()
         found = link.pieces(more)
         try:
-            prove_link(numbers, (link.of, found), after)
+            prove_link(numbers, (link.start, found), after)
             return found
         except Undecided as doubt:
             reason = doubt
@@ -242,11 +242,11 @@ def _fine(
 
     The bound grows for a time, t'. In u and v functions change by the shares `wide` of their scale
     at the beginning, and in u by `share` at the end."""
-    end = FINER - math.log2(least)
-    bits = min(MOST_BITS, math.ceil(end + GAIN * setting.rate * time))
+    end = SPARE_BITS - math.log2(least)
+    bits = min(MOST_BITS, math.ceil(end + GROWTH * setting.rate * time))
     # Each further power in u or v gains as many bits as the share is below 1.
     in_u, in_v = (math.ceil(bits / -math.log2(x)) if x else 1 for x in wide)
-    return setting._replace(bits=bits, orders=(max(in_u, math.ceil(end / -math.log2(share))), in_v))
+    return setting._replace(bits=bits, in_uv=(max(in_u, math.ceil(end / -math.log2(share))), in_v))
 
 
 def _directions(slopes: Array, begun: Array) -> list[Array]:

@@ -16,13 +16,19 @@ from flint import arb, ctx
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.routes.certified.balls import SCALARS, Enclosed, LogarithmicNorm, double_above, upper
-from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values, above
+from rigidpend.routes.certified.balls import (
+    ARB_BITS,
+    Enclosed,
+    LogarithmicNorm,
+    double_above,
+    upper,
+)
+from rigidpend.routes.certified.models import PART_COUNTS, VALUE_BITS, Model, Values, above
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 NEWTON = 3
 """Newton iterations, rounded to doubles, to the place of a crossing."""
-TRIES, ROOM = 4, 4
+RADIUS_TRIALS, FIRST_RADIUS = 4, 4
 """Trials of a tube's radius, and the first radius over the distance that it has to hold."""
 WIDEST = 2.0**-6
 """Radius of a tube at most: nothing is decided where the distance may be larger."""
@@ -56,7 +62,7 @@ class OrbitChecker:
     """
 
     def __init__(self, problem: Enclosed) -> None:
-        with ctx.workprec(SCALARS):
+        with ctx.workprec(ARB_BITS):
             self.growth = LogarithmicNorm.of(problem.coefficients)
         self.coefficients, self.start, self.unit = problem
         self.time, self.bound = arb(0), arb(0)
@@ -71,14 +77,14 @@ class OrbitChecker:
             raise Undecided("H2: the length of a step is not positive")
         models = [Model.of_series(w, step.bits) for w in step.series]
         duration = arb(step.half_length) / 2**ORBIT_CLOCK
-        with ctx.workprec(SCALARS):
+        with ctx.workprec(ARB_BITS):
             begin = self._joined(models)
             _check_below("H1: the distance where two steps join", begin)
             leap = defect(models, duration, self.coefficients, self.growth)
             _check_below("H2: the distance with a step's defect", begin + 2 * leap)
             # Finer parts cost eight times as much: they are tried only where coarse ones leave a
             # sign in doubt. The tube is bounded anew with them, by smaller bounds on |M3|.
-            for parts in PARTS:
+            for parts in PART_COUNTS:
                 M3 = Values(models[2], parts)
                 radius = self._tube(begin, leap, M3, duration, parts)
                 doubt = self._doubt(models, M3, radius, duration, parts)
@@ -93,7 +99,7 @@ class OrbitChecker:
         here = [_end(model, -1) for model in models]
         # In the polynomials' own bits, because the jump is a difference of nearly equal numbers:
         # 64 bits would lose it to cancellation.
-        with ctx.workprec(models[0].bits + SCALARS):
+        with ctx.workprec(models[0].bits + ARB_BITS):
             before = self.start if self._end is None else self._end
             gap = tuple(abs(a - b).upper() for a, b in zip(here, before, strict=True))
         self._end = [_end(model, 1) for model in models]
@@ -103,7 +109,7 @@ class OrbitChecker:
         """H3: bound on the distance over the whole step, which `leap`, its defect (H2), adds to."""
         # D is bounded over x in [-1, 1], an interval of length 2: it adds at most 2 delta. The
         # last argument says that the growth lemma takes M3 halfway to the orbit.
-        sizes, length = [_from_units(M3.most(k)) for k in range(parts)], 2 * duration / parts
+        sizes, length = [_from_units(M3.upper(k)) for k in range(parts)], 2 * duration / parts
         grown, _, holds = growth_in_tube(sizes, length, begin + 2 * leap, self.growth, WIDEST, 0.5)
         _check_below("H3: the distance at the end of a step", grown)
         if not holds:
@@ -119,7 +125,7 @@ class OrbitChecker:
         Only if all of them are shown are the step's crossings recorded.
         """
         away = _in_units(radius / self.growth.upright)
-        sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
+        sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.lower(k) > away else 0 for k in range(parts)]
         # Both ends must be told. No crossing falls between two steps then: the exact M3 where they
         # join has the sign of either polynomial, for each is farther from zero than from it.
         if not (sides[0] and sides[-1]):
@@ -143,14 +149,14 @@ class OrbitChecker:
         slopes = models[2].derivative()
         rates = Values(slopes, parts)
         # Neighbouring parts share an end, so a positive bound on each gives one sign on all.
-        least = min(map(rates.least, where))
+        least = min(map(rates.lower, where))
         if least <= _in_units(self._rate_apart(models, radius, duration)):
             return "H5: M3 crosses zero too slowly for it to be one crossing"
         # Where M3 rises, beside 2 and 4, Qp is large and its sign tells which; where it falls,
         # beside 1 and 3, it is Qm.
         rising = rates.at[where[0]] > 0
         large = Values(models[0 if rising else 1], parts)
-        if min(map(large.least, where)) <= _in_units(radius):
+        if min(map(large.lower, where)) <= _in_units(radius):
             return "H5: Q is too near zero at a crossing to tell its separatrix"
         Q = large.at[where[0]]
         x = self._zero(models[2], slopes, where, parts, upper(radius / self.growth.upright), least)
@@ -206,8 +212,8 @@ def growth_in_tube(
     """
     # A radius is assumed, then verified: as long as the distance is below `assumed` it is at most
     # `grown`, and if that is less, it never reaches `assumed`. The rate depends on it but little.
-    assumed = ROOM * begin
-    for _ in range(TRIES):
+    assumed = FIRST_RADIUS * begin
+    for _ in range(RADIUS_TRIALS):
         # A wider tube decides nothing, and the rate would be larger in it.
         assumed = assumed.min(arb(widest))
         wide = share * assumed / growth.upright
@@ -248,7 +254,7 @@ def _end(model: Model, x: int) -> arb:
     # T_j(x) = x^j: odd and even j apart, without w_0, which counts half.
     signs = w[1::2], w[2::2]
     twice = w[0] + 2 * (x * sum(signs[0]) + sum(signs[1]))
-    with ctx.workprec(model.bits + SCALARS):
+    with ctx.workprec(model.bits + ARB_BITS):
         return arb(twice) / arb(2) ** (model.bits + 1)
 
 

@@ -33,7 +33,7 @@ from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
 
-TRIES, MORE = 3, 1.3
+ATTEMPTS, BITS_GROWTH = 3, 1.3
 """Trials of a proof whose bits do not suffice, and the factor by which bits grow."""
 FEWEST_BITS = 8
 """Bits at the start at least."""
@@ -41,9 +41,9 @@ MOST_WORK = 2**31
 """Largest work on an orbit, the sum of bits^2 over its steps: an hour or two.
 
 A step takes 1.5 to 3.6 microseconds times bits^2, from 100 to 3000 bits, as measured."""
-LONG = 2**24
+LONG_WORK = 2**24
 """Work that a line announces before it begins: half a minute or more."""
-BETWEEN = 5.0
+LINE_SECONDS = 5.0
 """Seconds from one line to the next."""
 
 Report = Callable[[str], None]
@@ -198,7 +198,7 @@ def _orbit(
         spent += progress.work
         if not found.outgrown or asked == ORBIT_BITS:
             break
-        asked = math.ceil(asked * MORE)
+        asked = math.ceil(asked * BITS_GROWTH)
     return found
 
 
@@ -217,7 +217,7 @@ def _expected(problem: RouteProblem, theta2_0: Sequence[Exact]) -> tuple[list[fl
     limit, last = passage_limit(problem, 53), routes.crossing_time[-1]
     reached = np.nan_to_num(routes.crossing_time).max(axis=0)
     found = np.isfinite(last)
-    times, tries = np.where(found, last, reached + limit), np.where(found, TRIES, 1)
+    times, tries = np.where(found, last, reached + limit), np.where(found, ATTEMPTS, 1)
     return times.tolist(), tries.tolist()
 
 
@@ -251,7 +251,7 @@ class ProofProgress:
         self.expected = steps * bits * bits // 3
         self.work, self._taken, self._spent = 0, 0, spent
         self._begun = self._said = time.monotonic()
-        if LONG < self.expected <= MOST_WORK:
+        if LONG_WORK < self.expected <= MOST_WORK:
             report(f"{name}: about {steps} steps of up to {bits} bits")
 
     def refusal(self) -> str:
@@ -265,7 +265,7 @@ class ProofProgress:
         """Count a step of so many bits; False if no further one may be taken."""
         self.work, self._taken = self.work + bits * bits, self._taken + 1
         now = time.monotonic()
-        if now - self._said > BETWEEN:
+        if now - self._said > LINE_SECONDS:
             self._said = now
             left = max(0, self.expected - self.work) / self.work * (now - self._begun)
             told = f"step {self._taken} of about {self.steps}, {bits} bits left"
@@ -273,7 +273,7 @@ class ProofProgress:
         return self._spent + self.work < MOST_WORK
 
 
-MARGIN = 26
+MARGIN_BITS = 26
 """Bits of a step beyond those of its bound: the defect is as many bits above a unit."""
 AT_START = 64
 """Bits of the exact problem's enclosure beyond those of the first step."""
@@ -302,10 +302,10 @@ def prove(
 
     The bits of steps fall as the bound grows. `theta2_0` is in radians.
     """
-    start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
+    start = enclosed(problem, theta2_0, bits + MARGIN_BITS + AT_START)
     orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
     unit, steps, reason, outgrown = float(start.unit), [], "", False
-    work, last, limit = bits + MARGIN, 0.0, passage_limit(problem, 53)
+    work, last, limit = bits + MARGIN_BITS, 0.0, passage_limit(problem, 53)
     while len(checker.crossings) <= problem.n_symbols:
         check_stop()
         step = orbit.step(work)
@@ -325,7 +325,7 @@ def prove(
             reason = f"an orbit may take no more work than these {len(steps)} steps"
             break
         # The bound only grows, and coefficients much finer than it say nothing.
-        work = min(work, MARGIN + _digits(checker.bound))
+        work = min(work, MARGIN_BITS + _digits(checker.bound))
     return Proof(checker.crossings[: problem.n_symbols + 1], steps, reason, outgrown)
 
 

@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import SCALARS, LogarithmicNorm
+from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import PARAMETERS, Family
 from rigidpend.routes.certified.passages import Reached
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
-    ALONE,
-    BITS,
+    INPUT_BITS,
+    POINT_BOX,
     Numbers,
     largest,
     line_beginning,
@@ -112,7 +112,7 @@ def prove_connections(
     The sets and images are those of a full shift.
     """
     small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         return check_middle(numbers, largest(small))
 
 
@@ -167,14 +167,14 @@ def prove_transversal(
     if numbers.h0 is not None:
         raise Undecided("C9: the starts are of several energies")
     middle = prove_connections(numbers, quads, [*arrivals, start])
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         check_strip(numbers, middle, strip, pieces[0])
         middle.check_graph()
         upward = [k for k, quad in enumerate(quads) if quad.rising]
         images = [found for quad, found in zip(quads, arrivals, strict=True) if not quad.rising]
         sheets = [found.box[2] for found in (start, *images)]
-        # The points of a set are within ALONE of its polynomials (C1).
-        sheets += [arrivals[k].begin[2] + arb(0, ALONE) for k in upward]
+        # The points of a set are within POINT_BOX of its polynomials (C1).
+        sheets += [arrivals[k].begin[2] + arb(0, POINT_BOX) for k in upward]
         reach = largest(
             [place(quads[k])[1].bound for k in upward] + [found.g.bound for found in images]
         )
@@ -214,7 +214,7 @@ def check_crossings(
     if not (slope > 0 or slope < 0):
         raise Undecided("C9: the surfaces are not shown to cross each other at an angle")
     # The mirror image has slopes in -S: no tangent of an image may be among them.
-    by = Family.of_ball(slope, BITS)
+    by = Family.of_ball(slope, INPUT_BITS)
     for found in images:
         by_u, by_v = (d + by * g for d, g in list(zip(*found.slopes, strict=True))[:2])
         if not abs(by_u.range) > by_v.bound:

@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import SCALARS, double_above
+from rigidpend.routes.certified.balls import ARB_BITS, double_above
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
-    ALONE,
-    LIGHT,
+    POINT_BOX,
+    W_WEIGHT,
     Numbers,
     beginning,
     coordinates,
@@ -54,10 +54,10 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -
 
     `begin` has Q, gamma1 and gamma2 of the target's polynomials; `number` is its own.
     """
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         # So near to its polynomials the target has one point only with given d and gamma3 (C1): a
         # crossing with |U|, |V| <= 1 is a point of the target.
-        if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
+        if not all(abs(a - b) <= POINT_BOX for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
         U, V = coordinates(target, source.d, source.g, source.w)
         low, high = (U.at("u", side).range for side in (-1, 1))
@@ -86,11 +86,11 @@ def cone(source: Reached, target: Quad) -> tuple[float, float]:
         directions(target, source.g, source.w, along)
         for along in zip(*source.slopes, source.slopes_of_w, strict=True)
     )
-    # Differences in w count LIGHT times; along a line w itself may change with u.
-    other = by_v[0].bound + by_w[0].bound / LIGHT + LIGHT * source.slopes_of_w[0].bound
+    # Differences in w count W_WEIGHT times; along a line w itself may change with u.
+    other = by_v[0].bound + by_w[0].bound / W_WEIGHT + W_WEIGHT * source.slopes_of_w[0].bound
     stretch = abs(by_u[0].range).lower() - other
     return -double_above(-stretch), double_above(
-        by_u[1].bound + by_v[1].bound + by_w[1].bound / LIGHT
+        by_u[1].bound + by_v[1].bound + by_w[1].bound / W_WEIGHT
     )
 
 
@@ -133,7 +133,7 @@ def prove(
 
 def check_apart(one: Quad, other: Quad, names: str) -> None:
     """Refuse sets that may have a point in common: |U| of `other` must exceed 1 on all of `one`."""
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         if not abs(coordinates(other, *place(one))[0].range) > 1:
             raise Undecided(f"{names} have the same symbol, and are not shown to be apart")
 

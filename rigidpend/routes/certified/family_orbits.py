@@ -31,8 +31,8 @@ from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.connections import check_middle
 from rigidpend.routes.certified.horseshoe import (
-    ITERATIONS,
-    NUMBERS,
+    IN_PAIRS,
+    MOST_ITERATIONS,
     OVERSHOOT,
     SETTLED,
     ShiftProblem,
@@ -63,7 +63,7 @@ def pieces(setting: ShiftProblem, quad: Quad, turned: bool | None = None) -> lis
     if turned is None:
         turned = not quad.rising and setting.half_turns % 2 == 1
     sizes = setting.nodes[1:]
-    at = grid_of(*(nodes(n, NUMBERS) for n in sizes))
+    at = grid_of(*(nodes(n, IN_PAIRS) for n in sizes))
     begin = _beginning(quad, at, setting, turned)
     expected = _expected(quad, begin, setting, turned)
     return _to_crossing(setting, begin, expected, at, sizes, setting.bits)
@@ -87,7 +87,7 @@ def _to_crossing(
     # Newton's method for M3 = 0.
     for _ in range(2):
         ends = states_at(field, begin, PairArray.of(times[None]), 106, tolerance=TOLERANCE)
-        states = NUMBERS.floats(ends)[:, 0]
+        states = IN_PAIRS.floats(ends)[:, 0]
         times = times - states[2] / aligned(states, doubles)[2]
     # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
     # have fixed lengths, multiples of 2^-10 that are exact in doubles; the last one goes on to the
@@ -117,7 +117,7 @@ def steps_of(
     """
     in_time, bits = fine
     # Nodes fall from near 1 to near -1, and the integration goes forward in time.
-    x = nodes(in_time, NUMBERS)[::-1]
+    x = nodes(in_time, IN_PAIRS)[::-1]
     time, times, starts = 0 * at[0], list[Any](), list[float]()
     for half in halves:
         length = values_at(half, at)
@@ -136,7 +136,7 @@ def steps_of(
 
 def grid_of(u: PairArray, v: PairArray, w: PairArray) -> list[PairArray]:
     """All triples of numbers from three rows, as three arrays, with w running fastest."""
-    zeros = NUMBERS.zeros((len(u), len(v), len(w)))
+    zeros = IN_PAIRS.zeros((len(u), len(v), len(w)))
     rows = u[:, None, None], v[None, :, None], w[None, None, :]
     return [(row + zeros).reshape(-1) for row in rows]
 
@@ -148,7 +148,7 @@ def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers,
     """
     n, sizes = len(values), (values.shape[1], *at)
     found = values.reshape(-1, *at)
-    found = _along_each(found, sizes, [chebyshev_analysis(size, NUMBERS) for size in sizes])
+    found = _along_each(found, sizes, [chebyshev_analysis(size, IN_PAIRS) for size in sizes])
     # Smaller ones are noise, which the large coefficients of high T_k would multiply.
     found = PairArray(
         np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + NOISE_BITS), 0.0, found.parts)
@@ -156,7 +156,7 @@ def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers,
     # In x the series stays one in Chebyshev polynomials, of which T_0 counts half in a family; in
     # u, v and w it becomes one of powers.
     doubled = np.diag([2.0] + [1.0] * (sizes[0] - 1))
-    to_powers = [NUMBERS.array(doubled), *map(_powers_of, sizes[1:])]
+    to_powers = [IN_PAIRS.array(doubled), *map(_powers_of, sizes[1:])]
     units = (_along_each(found, sizes, to_powers).parts * 2.0**bits).reshape(2, n, *sizes)
     columns: list[dict[Powers, int]] = [{} for _ in range(n)]
     counted = np.argwhere(large := np.abs(units[0]) > 0.25).tolist()
@@ -188,12 +188,12 @@ def _powers_of(n: int) -> PairArray:
     for k, row in enumerate(np.eye(n)):
         found = chebyshev.cheb2poly(row)
         series[: len(found), k] = found
-    return NUMBERS.array(series)
+    return IN_PAIRS.array(series)
 
 
 def values_at(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
     """The half-length of a step for each orbit, t'; stored coefficients are twice theirs."""
-    a = NUMBERS
+    a = IN_PAIRS
     found = a.zeros(at[0].shape)
     for (_, *powers), x in half.items():
         power = a.number(Fraction(x, 2 << CLOCK)) + found * 0
@@ -208,7 +208,7 @@ def _beginning(
     quad: Quad, places: Sequence[PairArray], setting: ShiftProblem, turned: bool
 ) -> PairArray:
     """States (6, n) of the points of a set at some u, v and w."""
-    a, (u, v, w) = NUMBERS, places
+    a, (u, v, w) = IN_PAIRS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
     if a.largest(g) > MOST_GAMMA3:
         raise ArithmeticError("the sets are too wide; with more half rotations they are smaller")
@@ -229,7 +229,7 @@ def _beginning(
 
 def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool) -> Array:
     """Times of the next crossings by the return map, t'."""
-    states = NUMBERS.floats(begin)
+    states = IN_PAIRS.floats(begin)
     chi = np.arcsin(-states[5])
     if turned:
         chi = np.pi - chi
@@ -242,7 +242,7 @@ def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool)
     return times
 
 
-BEYOND = 1.02
+SPREAD_FACTOR = 1.02
 """Spread of the energies that are proven, over that of a line of starts."""
 FURTHER = 1.05
 """Reach of a strip's image over that of sets and their images."""
@@ -355,7 +355,7 @@ def _wide(setting: ShiftProblem, of: StartLine, momentum: float, quads: Sequence
 def _middle(starts: LineStarts) -> Array:
     """The phase theta2 of the start that first crosses at chi = 0, radians, (1,)."""
     found = np.zeros(1)
-    for _ in range(ITERATIONS):
+    for _ in range(MOST_ITERATIONS):
         # chi grows with theta2 at about the same rate, so its distance from 0 is the correction.
         off = np.mod(starts.entered(found).point.chi + np.pi, 2 * np.pi) - np.pi
         found = found - off
@@ -371,7 +371,7 @@ def line_pieces(
 
     `theta2` are the ends of the line, radians.
     """
-    a, in_w = NUMBERS, setting.nodes[3] if setting.h0 is None else 1
+    a, in_w = IN_PAIRS, setting.nodes[3] if setting.h0 is None else 1
     sizes = setting.nodes[1], IN_ASIDE if of.wide else 1, in_w
     u, v, w = at = grid_of(*(nodes(n, a) for n in sizes))
     starts, goal = LineStarts(setting, of.J1, w), 0 * u
@@ -400,7 +400,7 @@ def _beside(
 
     Qm is given; the other components follow as C1 says.
     """
-    a, (c, to_M1, to_M2) = NUMBERS, setting.coefficients
+    a, (c, to_M1, to_M2) = IN_PAIRS, setting.coefficients
     h = a.number(setting.h.at(a.bits + GUARD_BITS)) + a.number(setting.spread) * w
     J1, e1, e2 = map(a.number, (of.J1, of.e1, of.e2))
     Qp, _, M3, g1, g2, g3 = begin
@@ -423,7 +423,7 @@ def of_one_J2(body: Body, h0: Exact, J1: Fraction) -> ShiftProblem:
     """The problem at the energy of the start of J2_0 = sqrt(2 h0/kappa) that crosses at chi = 0."""
     # The energy depends on the phase, and the phase on the map of the energy: both in turn.
     theta2, setting = np.zeros(1), ShiftProblem(body, h0, 1, h0=h0)
-    for _ in range(ITERATIONS):
+    for _ in range(MOST_ITERATIONS):
         chi = LineStarts(setting, J1).entered(theta2).point.chi
         off = np.mod(chi + np.pi, 2 * np.pi) - np.pi
         theta2 = theta2 - off
@@ -446,4 +446,4 @@ def widened(setting: ShiftProblem, J1: Fraction) -> ShiftProblem:
     starts = LineStarts(setting, J1)
     energies = starts.energies(np.linspace(*ends, 9))
     off = energies - starts.energies(np.array([sum(ends) / 2]))
-    return setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))
+    return setting._replace(spread=Fraction(SPREAD_FACTOR * float(np.abs(off).max())))

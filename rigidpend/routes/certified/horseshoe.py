@@ -25,15 +25,15 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.routes.certified.pieces import Quad, made
+from rigidpend.routes.certified.pieces import Quad, quad_from
 
-NUMBERS = precision(96)
+IN_PAIRS = precision(96)
 """Arithmetic of pairs of doubles."""
 DEGREE = 4
 """Degree of the curves U = const."""
 POINTS = 24
 """Points to which a curve U = const is fitted."""
-ITERATIONS = 60
+MOST_ITERATIONS = 60
 """Largest number of iterations of Newton's method."""
 SETTLED = 2.0**-32
 """Relative change after which the next iteration would change round-off alone.
@@ -59,7 +59,7 @@ class ShiftProblem(NamedTuple):
     """Energy, dimensionless, that of w = 0."""
     half_turns: int
     bits: int = FEWEST_BITS
-    orders: tuple[int, int] | None = None
+    in_uv: tuple[int, int] | None = None
     """Nodes in both parameters; None for those of the sets of a full shift."""
     spread: Fraction = Fraction(0)
     """The energies are h + spread w, |w| <= 1."""
@@ -84,7 +84,7 @@ class ShiftProblem(NamedTuple):
     @property
     def coefficients(self) -> Coefficients:
         """The coefficients of the field, in pairs of doubles."""
-        return coefficients(self.body.angles(NUMBERS.bits + GUARD_BITS), "1", NUMBERS)
+        return coefficients(self.body.angles(IN_PAIRS.bits + GUARD_BITS), "1", IN_PAIRS)
 
     @property
     def level(self) -> EnergyLevel:
@@ -116,7 +116,7 @@ class ShiftProblem(NamedTuple):
             by = -math.log2(SENSITIVE * float(self.spread) / float(self.h))
             in_w = max(2, math.ceil(self.bits / by))
         in_time = math.ceil(IN_TIME * self.bits / FEWEST_BITS)
-        return in_time, *(self.orders or (IN_U + further // 12, IN_V + further // 6)), in_w
+        return in_time, *(self.in_uv or (IN_U + further // 12, IN_V + further // 6)), in_w
 
 
 class _Section(NamedTuple):
@@ -142,7 +142,7 @@ class _Section(NamedTuple):
         """The d of the stable surface or, mirrored, of the unstable one, at each chi."""
         # Newton's method with a difference in place of the derivative.
         d, step = 0 * chi, 1e-3 * float(self.level.charts[self.rising].forward.width)
-        for _ in range(ITERATIONS):
+        for _ in range(MOST_ITERATIONS):
             here = self.unstable(d, chi, mirrored=mirrored)
             slope = (self.unstable(d + step, chi, mirrored=mirrored) - here) / step
             off = here / slope
@@ -158,7 +158,7 @@ class _Section(NamedTuple):
         """
         surface, grown = self.surface(chi), np.full(len(chi), 1e-6)
         rate = float(self.level.exponent[0, 0])
-        for _ in range(ITERATIONS):
+        for _ in range(MOST_ITERATIONS):
             passed = self.level.passage(
                 SectionPoint(self.rising, surface + side * grown, self.chi + chi)
             )
@@ -236,7 +236,7 @@ def quads(setting: ShiftProblem) -> list[Quad]:
                 raise ArithmeticError(said)
             numbers = (a, across, *line)
             moving = tuple(tuple(map(Fraction, map(float, each))) for each in moves)
-            found.append(made(section.rising, numbers, curve)._replace(moves=moving))
+            found.append(quad_from(section.rising, numbers, curve)._replace(moves=moving))
     return found
 
 
@@ -259,9 +259,9 @@ WIDER = 2.2
 """Width of the sets that are tried where those of `WIDTH` prove nothing."""
 MOST_TURNS = 100
 """Largest number of half rotations of a passage."""
-LEAST = 1e-8
+LEAST_ANGLE = 1e-8
 """Smallest angle of the surfaces: sets beside a smaller one would need more than MOST_BITS."""
-SPARE, MOST_BITS = 18, 80
+SPARE_BITS, MOST_BITS = 18, 80
 """Bits beyond those of the square of a set's distance from the stable surface, and most bits.
 
 Integration in pairs of doubles knows no more; the bound grows as that distance shrinks."""
@@ -276,9 +276,9 @@ def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftPro
     if half_turns:
         yield _with_bits(first, quads(first))
         return
-    if not (angle := min(angles(first))) > LEAST:
+    if not (angle := min(angles(first))) > LEAST_ANGLE:
         said = f"the surfaces of the periodic orbits cross at an angle of {angle:.2g}"
-        told = f"as far as the return map tells, and of {LEAST:g} or less no sets are tried"
+        told = f"as far as the return map tells, and of {LEAST_ANGLE:g} or less no sets are tried"
         raise ArithmeticError(f"{said}, {told}")
     least, tried = math.log(1 / angle), 0
     for width in (WIDTH, WIDER):
@@ -321,5 +321,5 @@ def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     further = 2 * (setting.lengths - 1) * math.pi * float(setting.level.exponent[0, 0])
     away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further)
     return setting._replace(
-        bits=min(MOST_BITS, max(FEWEST_BITS, math.ceil(SPARE - 2 * math.log2(away))))
+        bits=min(MOST_BITS, max(FEWEST_BITS, math.ceil(SPARE_BITS - 2 * math.log2(away))))
     )

@@ -21,7 +21,7 @@ from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, LineStarts, grid_of, steps_of
-from rigidpend.routes.certified.horseshoe import NUMBERS, ShiftProblem
+from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
 from rigidpend.routes.codes import codes_of
@@ -29,8 +29,8 @@ from rigidpend.routes.problem import RouteProblem
 
 NODES = 20
 """Nodes in u on an interval."""
-IN_TIME, MORE = 16, 4
-"""Nodes of a step in time: IN_TIME, and one more for each MORE bits of coefficients."""
+IN_TIME, BITS_PER_NODE = 16, 4
+"""Nodes of a step in time: IN_TIME, and one more for each BITS_PER_NODE bits of coefficients."""
 LEFT, MOST_BITS = 23, 98
 """Bits of coefficients at the end, and bits at most: pairs of doubles know no more."""
 ROUGH = 1e-2
@@ -40,14 +40,14 @@ ROUGH = 1e-2
 class ProvenInterval(NamedTuple):
     """An interval with the symbols that all of its orbits are proven to have."""
 
-    of: PhaseInterval
+    interval: PhaseInterval
     symbols: list[bool]
     """True for 1; empty where none is proven."""
     pieces: list[FamilyStep]
     """Polynomials that prove the symbols; empty where there are none."""
 
 
-def within(
+def proven_intervals(
     of: PhaseInterval, setting: ShiftProblem, J1: Fraction, n_symbols: int, finest: int
 ) -> list[ProvenInterval]:
     """Intervals that make up a given one, halved where not all symbols are proven.
@@ -109,14 +109,14 @@ def pieces(
 
     Undecided where pairs of doubles do not know them well enough.
     """
-    a, sizes, rate = NUMBERS, (times.shape[1], 1, 1), setting.rate
+    a, sizes, rate = IN_PAIRS, (times.shape[1], 1, 1), setting.rate
     fine = LEFT + math.ceil(GROWTH * rate * times.max())
     if fine > MOST_BITS:
         raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
     at = grid_of(*(nodes(n, a) for n in sizes))
     middle = a.number(of.middle) * a.pi * 2
     phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * at[0]
-    begin, in_time = LineStarts(setting, J1).states(phase, a), IN_TIME + fine // MORE
+    begin, in_time = LineStarts(setting, J1).states(phase, a), IN_TIME + fine // BITS_PER_NODE
     return steps_of(setting, begin, _halves(times, rate), at, sizes, (in_time, fine))
 
 

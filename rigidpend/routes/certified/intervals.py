@@ -17,12 +17,12 @@ from flint import arb, ctx
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import SCALARS, start_of
+from rigidpend.routes.certified.balls import ARB_BITS, start_of
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.passages import followed, signs_on_parts
 from rigidpend.routes.certified.pieces import FamilyStep
-from rigidpend.routes.certified.sections import BITS, Numbers
+from rigidpend.routes.certified.sections import INPUT_BITS, Numbers
 
 MOST_TERMS = 100
 """Largest number of terms of cosine and sine on an interval."""
@@ -71,7 +71,7 @@ class EnclosedStarts(NamedTuple):
 
     def states(self, of: PhaseInterval) -> list[Family]:
         """The aligned components of the starts of an interval, as functions of u."""
-        with ctx.workprec(BITS):
+        with ctx.workprec(INPUT_BITS):
             turn, J1 = (arb(x.numerator) / x.denominator for x in (2 * of.middle, self.J1))
             here, ahead = (
                 start_of(self.body, J1, self.h0, (turn + quarter) * arb.pi())[0]
@@ -80,9 +80,9 @@ class EnclosedStarts(NamedTuple):
             # M does not depend on theta2, and gamma turns about it: from that of the middle and
             # that a quarter of a turn later follow all others.
             cos, sin = turned(arb.pi() / 2**of.depth)
-            fixed = [Family.of_ball(x, BITS) for x in here[:3]]
+            fixed = [Family.of_ball(x, INPUT_BITS) for x in here[:3]]
             turning = [
-                Family.of_ball(x, BITS) * cos + Family.of_ball(y, BITS) * sin
+                Family.of_ball(x, INPUT_BITS) * cos + Family.of_ball(y, INPUT_BITS) * sin
                 for x, y in zip(here[3:], ahead[3:], strict=True)
             ]
             return fixed + turning
@@ -93,12 +93,12 @@ def turned(angle: arb) -> tuple[Family, Family]:
     u, found = Family.of({(0, 1, 0): 2}, 0), [Family.of_fraction(0, 0) for _ in range(2)]
     power, term = Family.of_fraction(1, 0), arb(1)
     for k in range(MOST_TERMS):
-        if term < arb(2) ** -BITS:
+        if term < arb(2) ** -INPUT_BITS:
             # By now each term is at most half of the one before: the rest is less than twice this
             # one.
             return found[0].widened(2 * term), found[1].widened(2 * term)
         sign = -1 if k % 4 > 1 else 1
-        found[k % 2] += power * Family.of_ball(sign * term, BITS)
+        found[k % 2] += power * Family.of_ball(sign * term, INPUT_BITS)
         power, term = power * u, term * angle / (k + 1)
     raise Undecided("H1: the interval is too long for its starts to be told")
 
@@ -134,7 +134,7 @@ def _signs(
     """H1 to H5: what is told of each part of all steps, in the form of :func:`symbols_of`."""
     numbers = starts.numbers
     for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", before):
-        with ctx.workprec(SCALARS):
+        with ctx.workprec(ARB_BITS):
             yield from signs_on_step(numbers, states, bound)
 
 

@@ -132,7 +132,7 @@ def above(x: arb) -> int:
     return int(found)
 
 
-PARTS = (32, 256)
+PART_COUNTS = (32, 256)
 """Numbers of equal parts of a step: the second is tried where the first leaves a sign in doubt."""
 GRAIN = 64
 """Numbers of terms of a table are multiples of this, so that few tables are made."""
@@ -163,7 +163,7 @@ class Values:
         # Bound on the change of P over a part, whose length in x is 2/parts, rounded up.
         self.change = _shifted(2 * slopes.size, VALUE_BITS - model.bits) // parts + 1
 
-    def least(self, k: int) -> int:
+    def lower(self, k: int) -> int:
         """A lower bound on |g| over part k; 0 where the sign of g is in doubt."""
         a, b = self.at[k], self.at[k + 1]
         if (a > 0) != (b > 0):
@@ -172,7 +172,7 @@ class Values:
         # mean is (a + b - L dx)/2. For a, b < 0 the same holds with the signs changed.
         return max(0, (abs(a) + abs(b) - self.change) // 2 - self.doubt)
 
-    def most(self, k: int) -> int:
+    def upper(self, k: int) -> int:
         """An upper bound on |g| over part k."""
         return (abs(self.at[k]) + abs(self.at[k + 1]) + self.change) // 2 + 1 + self.doubt
 

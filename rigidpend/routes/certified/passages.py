@@ -16,15 +16,15 @@ from flint import arb, ctx
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.routes.certified import checker
-from rigidpend.routes.certified.balls import SCALARS, LogarithmicNorm, double_above, upper
+from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, double_above, upper
 from rigidpend.routes.certified.checker import WIDEST, Undecided
 from rigidpend.routes.certified.models import VALUE_BITS as VALUES
 from rigidpend.routes.certified.models import Family, Values
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
-    ALONG,
-    BITS,
-    ENERGY,
+    INPUT_BITS,
+    W_FAMILY,
+    W_SLOPES,
     Numbers,
     beginning,
     distances,
@@ -42,7 +42,7 @@ TUBES = {"C": (WIDEST_OF_SET, 1.0), "H": (WIDEST, 0.5)}
 
 C bounds growth at the orbits themselves, because derivatives grow there; H halfway between orbits
 and polynomials."""
-TRIES = 4
+BOUND_TRIALS = 4
 """Trials of a bound on the way from the end of the last step to the crossing."""
 
 
@@ -70,9 +70,9 @@ class Reached(NamedTuple):
     """Q, gamma1 and gamma2 of the polynomials at the beginning; empty for a line of starts."""
     slopes: Sequence[Sequence[Family]]
     """Derivatives of d, and of g, in u, v and w; two empty rows where they are not asked for."""
-    w: Family = ENERGY
+    w: Family = W_FAMILY
     """The energies, as w."""
-    slopes_of_w: Sequence[Family] = ALONG
+    slopes_of_w: Sequence[Family] = W_SLOPES
     """Derivatives of w in u, v and w."""
 
 
@@ -93,14 +93,14 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     signs: list[int] = []
     time, starts = arb(0), bounds
     for states, half, apart in followed(numbers, pieces, bounds):
-        with ctx.workprec(SCALARS):
+        with ctx.workprec(ARB_BITS):
             time += 2 * half.range
             parts = signs_on_parts(numbers, states, apart[0], "C4", [side])
             # 0 where M3 has the sign of the passage, else the sign of the rate of side * M3.
             signs += [side * rate if box else 0 for rate, box in parts]
     check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         found = crossing(numbers, end, apart, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
@@ -117,9 +117,9 @@ def energies_along(
     """
     gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
     c = numbers.field
-    with ctx.workprec(BITS):
-        r1, r2, off = (Family.of_ball(x, BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
-        per = Family.of_fraction(1 / numbers.spread, BITS)
+    with ctx.workprec(INPUT_BITS):
+        r1, r2, off = (Family.of_ball(x, INPUT_BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
+        per = Family.of_fraction(1 / numbers.spread, INPUT_BITS)
         found = (r1 * gamma1 + r2 * gamma2 + off) * per
         # By how much w differs where gamma is off by a distance of 1 in the norm.
         unsure = (abs(c.mu_r1) + abs(c.mu_r2)) * per.bound * numbers.growth.weight
@@ -148,8 +148,8 @@ def followed(
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
-        half = Family.of(piece.half, CLOCK)
-        with ctx.workprec(SCALARS):
+        half = Family.of(piece.half_length, CLOCK)
+        with ctx.workprec(ARB_BITS):
             if not half.range > 0:
                 raise Undecided(f"{letter}2: the length of a step is not shown to be positive")
             if end is not None:
@@ -168,7 +168,7 @@ def defects(numbers: Numbers, states: Sequence[Family], half: Family) -> list[ar
     f is the aligned field; the derivatives are those in the variables `numbers.along`.
     """
     # Products of families are exact: only the enclosed constants bring an error.
-    c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
+    c = AlignedCoefficients(*(Family.of_ball(x, INPUT_BITS) for x in numbers.field))
     rates = aligned(states, c)
     off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
     return norms(off, numbers.growth, numbers.along)
@@ -266,7 +266,7 @@ def crossing(
     # |M3| of the orbits at the end of the step, and a first guess of the way from there.
     M3 = end[2].bound + apart[2]
     late = apart[2] + M3
-    for _ in range(TRIES):
+    for _ in range(BOUND_TRIALS):
         # In this box M3 changes at the rate `slowest` at least, so an orbit that stays in it
         # crosses within `time`. It does stay, if `time` times the largest rate is at most `late`.
         box = [s.range + arb(0, e + late) for s, e in zip(end, apart, strict=True)]

@@ -81,11 +81,11 @@ class StartLine(NamedTuple):
 class FamilyStep(NamedTuple):
     """A step of a family of approximate orbits: polynomials in x, u and v, and in w if it varies.
 
-    A coefficient of T_0 is twice what it stands for, also in `half`, which has no other T_j.
+    A coefficient of T_0 is twice what it stands for, also in `half_length`, which has no other T_j.
     """
 
     bits: int
-    half: Mapping[Powers, int]
+    half_length: Mapping[Powers, int]
     """Half of the step's length in time, a polynomial in u, v and w, in units of 2^-CLOCK."""
     terms: Sequence[Mapping[Powers, int]]
     """Polynomials of Qp, Qm, M3, gamma1, gamma2, gamma3 over x in [-1, 1], in units of 2^-bits."""
@@ -132,8 +132,8 @@ def unpacked_quads(
     moves = [()] * len(data["p"]) if energies is None else energies["moves"].tolist()
     rows = zip(*(data[name] for name in ("rising", *OF_SET, "p")), moves, strict=True)
     found = [
-        made(bool(rising), numbers, p)._replace(moves=tuple(tuple(map(exactly, x)) for x in by))
-        for rising, *numbers, p, by in rows
+        quad_from(bool(up), numbers, p)._replace(moves=tuple(tuple(map(exactly, x)) for x in by))
+        for up, *numbers, p, by in rows
     ]
     if not all(quad.p and quad.a and quad.b and quad.l1 for quad in found):
         raise ValueError("a set has no extent")
@@ -149,7 +149,7 @@ def unpacked_line(
     return StartLine(J1, e1, e2, centre, half, moves, exactly(data.get("wide", 0)))
 
 
-def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
+def quad_from(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
     """The set that has these doubles as its a, b, l0, l1 and as coefficients of p."""
     a, b, l0, l1, *curve = map(exactly, (*numbers, *p))
     return Quad(rising, a, b, l0, l1, tuple(curve))
@@ -228,25 +228,26 @@ def _words(piece: FamilyStep) -> list[FamilyStep]:
     first = [{at: w >> finer for at, w in column.items()} for column in piece.terms]
     rest = [{at: w & ((1 << finer) - 1) for at, w in column.items()} for column in piece.terms]
     # The half-length belongs to the high digits alone.
-    return [FamilyStep(piece.bits - finer, piece.half, first), FamilyStep(piece.bits, {}, rest)]
+    high = FamilyStep(piece.bits - finer, piece.half_length, first)
+    return [high, FamilyStep(piece.bits, {}, rest)]
 
 
 def _added(first: FamilyStep, rest: FamilyStep) -> FamilyStep:
     """The sum of a step's high digits and its low ones, which are in finer units."""
     finer = rest.bits - first.bits
-    if finer < 0 or rest.half:
+    if finer < 0 or rest.half_length:
         raise ValueError("what is added to a step is not finer, or has a length")
     terms = []
     for column, more in zip(first.terms, rest.terms, strict=True):
         both = {at: w << finer for at, w in column.items()}
         terms.append(both | {at: both.get(at, 0) + w for at, w in more.items()})
-    return FamilyStep(rest.bits, first.half, terms)
+    return FamilyStep(rest.bits, first.half_length, terms)
 
 
 def _rows(piece: FamilyStep, wide: int) -> Iterator[tuple[Powers, list[int]]]:
     """Rows of a step: `wide` powers, where missing ones are 0, and the seven coefficients."""
     columns = [
-        {(*at, 0)[:wide]: c for at, c in column.items()} for column in (*piece.terms, piece.half)
+        {(*at, 0)[:wide]: c for at, c in x.items()} for x in (*piece.terms, piece.half_length)
     ]
     for at in sorted({at for column in columns for at in column}):
         yield at, [column.get(at, 0) for column in columns]

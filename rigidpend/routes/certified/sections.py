@@ -18,8 +18,8 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import (
+    ARB_BITS,
     BALLS,
-    SCALARS,
     LogarithmicNorm,
     angles,
     double_above,
@@ -29,19 +29,19 @@ from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import PARAMETERS, Family
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 
-BITS = 160
+INPUT_BITS = 160
 """Bits in which the numbers of the problem are enclosed."""
-LIGHT = 64
+W_WEIGHT = 64
 """Weight of w in the difference of two orbits of different energies (C7); any number will do."""
-ENERGY = Family.of({(0, 0, 0, 1): 2}, 0)
+W_FAMILY = Family.of({(0, 0, 0, 1): 2}, 0)
 """The variable w as a family: coefficients of T_0 are twice what they stand for."""
-ALONG = [Family.of({(0, 0, 0): 2 * k}, 0) for k in (0, 0, 1)]
+W_SLOPES = [Family.of({(0, 0, 0): 2 * k}, 0) for k in (0, 0, 1)]
 """The derivatives of w in u, v and w: 0, 0 and 1."""
 
 
 def curve(p: Sequence[Fraction], g: Family) -> Family:
     """The value p(g), from the coefficients of the polynomial p."""
-    return _summed([Family.of_fraction(x, BITS) for x in p], g)
+    return _summed([Family.of_fraction(x, INPUT_BITS) for x in p], g)
 
 
 def moved(curves: Sequence[Sequence[Fraction]], g: Family, w: Family) -> Family:
@@ -51,7 +51,7 @@ def moved(curves: Sequence[Sequence[Fraction]], g: Family, w: Family) -> Family:
 
 def _summed(p: Sequence[Family], x: Family) -> Family:
     """The sum of p_k x^k by Horner's rule."""
-    found = p[-1] if p else Family.of_fraction(0, BITS)
+    found = p[-1] if p else Family.of_fraction(0, INPUT_BITS)
     for each in p[-2::-1]:
         found = found * x + each
     return found
@@ -62,18 +62,18 @@ def place(quad: Quad) -> tuple[Family, Family]:
     # U = u and V = v solved for d and g: l1 g = a u - b v - l0, d = p(g) + a u.
     u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
     by_u, by_v, from_0, a = (
-        Family.of_fraction(x, BITS)
+        Family.of_fraction(x, INPUT_BITS)
         for x in (quad.a / quad.l1, quad.b / quad.l1, quad.l0 / quad.l1, quad.a)
     )
     g = u * by_u - v * by_v - from_0
-    return moved((quad.p, *quad.moves), g, ENERGY) + u * a, g
+    return moved((quad.p, *quad.moves), g, W_FAMILY) + u * a, g
 
 
-def coordinates(quad: Quad, d: Family, g: Family, w: Family = ENERGY) -> tuple[Family, Family]:
+def coordinates(quad: Quad, d: Family, g: Family, w: Family = W_FAMILY) -> tuple[Family, Family]:
     """The coordinates U and V, in a set, of points of the section with energies of w."""
     off = d - moved((quad.p, *quad.moves), g, w)
     l0, l1, by_a, by_b = (
-        Family.of_fraction(x, BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
+        Family.of_fraction(x, INPUT_BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
     )
     return off * by_a, (off - l0 - l1 * g) * by_b
 
@@ -86,7 +86,7 @@ def directions(quad: Quad, g: Family, w: Family, along: Sequence[Family]) -> tup
     leaning = moved([[k * x for k, x in enumerate(p)][1:] for p in curves], g, w)
     moving = moved([[m * x for x in p] for m, p in enumerate(curves)][1:], g, w)
     off = by_d - leaning * by_g - moving * by_w
-    l1, by_a, by_b = (Family.of_fraction(x, BITS) for x in (quad.l1, 1 / quad.a, 1 / quad.b))
+    l1, by_a, by_b = (Family.of_fraction(x, INPUT_BITS) for x in (quad.l1, 1 / quad.a, 1 / quad.b))
     return off * by_a, (off - l1 * by_g) * by_b
 
 
@@ -117,19 +117,20 @@ class Numbers(NamedTuple):
         cls, body: Body, h: Exact, spread: Fraction = Fraction(0), h0: Exact | None = None
     ) -> Numbers:
         """Enclose the numbers of a body and of the energies h + spread w."""
-        with ctx.workprec(BITS):
+        with ctx.workprec(INPUT_BITS):
             p = angles(body)
             half, field = p.alpha0 / 2, aligned_coefficients(p, BALLS)
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
             held = None if h0 is None else arb(h0.over(BALLS))
             middle = arb(h.over(BALLS))
-        with ctx.workprec(SCALARS):
+        with ctx.workprec(ARB_BITS):
             return cls(field, LogarithmicNorm.of(field), *to_M, middle, spread, held)
 
     @property
     def energies(self) -> Family:
         """The energies h + spread w as a family."""
-        return Family.of_ball(self.h, BITS) + Family.of_fraction(self.spread, BITS) * ENERGY
+        spread = Family.of_fraction(self.spread, INPUT_BITS)
+        return Family.of_ball(self.h, INPUT_BITS) + spread * W_FAMILY
 
 
 def distances(bound: arb, growth: LogarithmicNorm) -> list[arb]:
@@ -160,7 +161,7 @@ def largest(balls: Iterable[arb]) -> arb:
     return found
 
 
-ALONE, THIN = 2.0**-5, 2.0**-20
+POINT_BOX, START_BOX = 2.0**-5, 2.0**-20
 """Half-widths of the boxes in which a point of the section, or of a line of starts, is unique."""
 
 
@@ -175,7 +176,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
     d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
-    with ctx.workprec(BITS):
+    with ctx.workprec(INPUT_BITS):
         # Qp - Qm is Q - d or its negative. Arb rounds even where a sign is changed, so this needs
         # the precision too.
         by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
@@ -197,9 +198,9 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
             ]
         )
 
-    with ctx.workprec(BITS):
+    with ctx.workprec(INPUT_BITS):
         constants = (*by, c.kappa / 2, c.mu_r1, c.mu_r2)
-        m1, m2, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
+        m1, m2, spin, r1, r2 = (Family.of_ball(x, INPUT_BITS) for x in constants)
         M1, M2 = (Q + d) * m1, (Q - d) * m2
         one, half = (Family.of_fraction(x, 1) for x in (Fraction(1), Fraction(1, 2)))
         # M . gamma, |gamma|^2 - 1 and the energy less its value: M3 = 0 here.
@@ -213,18 +214,18 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
             - numbers.energies,
         )
         # The box is that about all points of the set at once, which contains the box of each.
-        q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
+        q, y1, y2 = (each.range + arb(0, POINT_BOX) for each in (Q, gamma1, gamma2))
         turned = {
             name: slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
             for name in numbers.along
         }
-        near = solution(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
+        near = solution(residual, slopes(1, q, d.range, y1, y2), turned, POINT_BOX)
         if not q > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
         # Of d, M3 and gamma3 the points are known exactly, of the other three within `near`.
         off = {small: states[small] - d, 2: states[2], 5: states[5] - g}
         apart = [orders(off[j], numbers.along) if j in off else near for j in range(6)]
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         return [each.range for each in (Q, gamma1, gamma2)], normed(apart, numbers.growth)
 
 
@@ -237,16 +238,16 @@ def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     Qp, Qm, M3, *gamma = states
     c = numbers.field
-    with ctx.workprec(BITS):
+    with ctx.workprec(INPUT_BITS):
         across = numbers.to_M1**2 + numbers.to_M2**2
         weight = (c.mu_r1, c.mu_r2) if numbers.h0 is None else (arb(0), arb(0))
-        level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, BITS)
+        level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, INPUT_BITS)
         constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, *weight)
-        m1, m2, square, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
+        m1, m2, square, spin, r1, r2 = (Family.of_ball(x, INPUT_BITS) for x in constants)
         J1, e1, e2, half, wide = (
-            Family.of_fraction(x, BITS) for x in (*line[:3], line.half, line.wide)
+            Family.of_fraction(x, INPUT_BITS) for x in (*line[:3], line.half, line.wide)
         )
-        centre = curve((line.centre, *line.moves), ENERGY)
+        centre = curve((line.centre, *line.moves), W_FAMILY)
         one, four, by_two = (Family.of_fraction(x, 1) for x in (1, 4, Fraction(1, 2)))
         u, aside = Family.of({(0, 1, 0): 2}, 0), wide * Family.of({(0, 0, 1): 2}, 0)
         M1, M2 = (Qp + aside) * m1, (Qp - aside) * m2
@@ -279,15 +280,15 @@ def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list
             )
 
         found = (Qp, M3, *gamma)
-        box = [each.range + arb(0, THIN) for each in found]
+        box = [each.range + arb(0, START_BOX) for each in found]
         turned = {
             name: slopes(0, *(each.partial(name).range for each in (*found, aside)))
             for name in numbers.along
         }
-        near = solution(residual, slopes(1, *box, aside.range), turned, THIN)
+        near = solution(residual, slopes(1, *box, aside.range), turned, START_BOX)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         apart = [near, orders(Qm - aside, numbers.along), near, near, near, near]
         return normed(apart, numbers.growth)
 
@@ -331,7 +332,7 @@ def solution(
 def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> tuple[float, float]:
     """A lower and an upper bound on theta2 of all starts of a line, radians, up to whole turns."""
     c = numbers.field
-    with ctx.workprec(SCALARS):
+    with ctx.workprec(ARB_BITS):
         bound, *_ = line_beginning(numbers, line, pieces[0])
         begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
         near = zip(begin, distances(bound, numbers.growth), strict=True)

@@ -11,7 +11,8 @@ levels     the return map's inverse charts at one energy, and the orbits of Fig.
 chain      the equations of a chain of passages, for all kinds of ends; passages integrated alone
 shortest   chains with given half rotations, or with as few as possible
 follow     the address of a given orbit, and the round phases that have a code
-refine     theta2_0 to any number of digits, by integration
+legs       an orbit cut into legs, whose integrations Newton's method lets meet
+refine     theta2_0 to any number of digits, by corrections of its legs
 find       the orbit of a given address
 closed     the periodic orbit of a word, its multiplier and action; a check by integration
 stretching growth of deviations, finite-time Lyapunov exponents

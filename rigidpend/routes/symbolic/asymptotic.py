@@ -47,7 +47,7 @@ from rigidpend.routes.symbolic.chain import (
     on_surface,
     signs_of,
 )
-from rigidpend.routes.symbolic.levels import Level, Mask, Signs, onward
+from rigidpend.routes.symbolic.levels import ChainLevel, Mask, Signs, onward
 
 TOGETHER = 2000
 """Number of orbits that are followed at a time: their tables then stay in the processor's cache."""
@@ -85,13 +85,13 @@ class Track(NamedTuple):
         return np.diff(cells_of(self.chi), axis=0)
 
 
-def track(level: Level, b: Array, n: int) -> Track:
+def track(level: ChainLevel, b: Array, n: int) -> Track:
     """Follow orbits of the surface, by their angles b, (N,), through n passages."""
     starts = range(0, max(len(b), 1), TOGETHER)
     return joined([_track(level, b[k : k + TOGETHER], n) for k in starts])
 
 
-def _track(level: Level, b: Array, n: int) -> Track:
+def _track(level: ChainLevel, b: Array, n: int) -> Track:
     """:func:`track` of orbits that are few enough to be followed at once."""
     at = level.arriving(np.zeros_like(b), b)
     made, last = level.map_level, SectionPoint(True, at.d, at.chi)
@@ -110,7 +110,7 @@ def _track(level: Level, b: Array, n: int) -> Track:
     )
 
 
-def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, int]]:
+def skeleton(level: ChainLevel, symbols: int, half_turns: int) -> list[tuple[Track, int]]:
     """The doubly asymptotic orbits of the surface, for each number of symbols from 0 to `symbols`.
 
     The symbols belong to the passages between the first crossing and the last, each of which takes
@@ -141,8 +141,8 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
 class _Arcs:
     """Arcs of the surface between zeros of U behind n - 1 passages, sampled behind n passages."""
 
-    def __init__(self, level: Level, low: Array, high: Array, n: int, half_turns: int) -> None:
-        self.level, self.n, self.most = level, n, half_turns
+    def __init__(self, level: ChainLevel, low: Array, high: Array, n: int, half_turns: int) -> None:
+        self.level, self.n, self.most_turns = level, n, half_turns
         self.low, self.width = low, high - low
         least = level.fewest_half_turns(level.splitting)
         reach = PER_CELL * max(half_turns + 3 - least, 3)
@@ -163,8 +163,8 @@ class _Arcs:
         self.U, self.inside = seen.U.reshape(self.b.shape), seen.inside.reshape(self.b.shape)
         turns = seen.half_turns.reshape(self.n, *self.b.shape)
         # The last passage may take one half rotation more: its zero ends the last wanted arc.
-        before = self.inside & (turns[:-1] <= self.most).all(axis=0)
-        self.wanted = before & (turns[-1] <= self.most + 1)
+        before = self.inside & (turns[:-1] <= self.most_turns).all(axis=0)
+        self.wanted = before & (turns[-1] <= self.most_turns + 1)
         return not self.wanted[:, [0, -1]].any()
 
     def zeros(self) -> tuple[Track, Mask, Mask]:
@@ -176,8 +176,8 @@ class _Arcs:
         low, high, arc, sample = self._brackets()
         if not low.size:
             # A passage from or to a surface has |I| of at most the splitting at its last crossing.
-            level, most = self.level, self.most
-            split = level.downward if self.n % 2 else level.splitting
+            level, most = self.level, self.most_turns
+            split = level.downward_splitting if self.n % 2 else level.splitting
             least = math.floor(level.half_turns(split))
             said = (
                 f"passages of at most half_turns = {most} half rotations; they take {least} or more"
@@ -194,7 +194,7 @@ class _Arcs:
         kept = opens.copy()
         kept[1:] |= opens[:-1]
         seen = track(self.level, _bisected(self.level, low[kept], high[kept], self.n), self.n)
-        inside = seen.inside & (seen.half_turns <= self.most).all(axis=0)
+        inside = seen.inside & (seen.half_turns <= self.most_turns).all(axis=0)
         return seen, inside, opens[kept]
 
     def _brackets(self) -> tuple[Array, Array, Signs, Signs]:
@@ -232,7 +232,7 @@ class _Arcs:
         return (low + high) / 2
 
 
-def _bisected(level: Level, low: Array, high: Array, n: int) -> Array:
+def _bisected(level: ChainLevel, low: Array, high: Array, n: int) -> Array:
     """The zeros b of U behind n passages, between bounds at which U has different signs."""
     negative = np.signbit(track(level, low, n).U)
     for _ in range(HALVINGS):
@@ -245,7 +245,7 @@ def _bisected(level: Level, low: Array, high: Array, n: int) -> Array:
 class DoublyAsymptotic(NamedTuple):
     """Doubly asymptotic orbits with n symbols, one in each column.
 
-    The unknown of their chain is the angle b on the unstable surface.
+    The parameter of their chain is the angle b on the unstable surface.
     """
 
     chain: Chain
@@ -265,7 +265,7 @@ class DoublyAsymptotic(NamedTuple):
     @property
     def b(self) -> Array:
         """(N,) radians: the angle on the unstable surface."""
-        return np.asarray(self.chain.unknown)
+        return np.asarray(self.chain.parameter)
 
     @property
     def flight(self) -> Array:
@@ -285,7 +285,7 @@ class DoublyAsymptotic(NamedTuple):
         return np.asarray(self.leaving + rates.rotation * turned)
 
 
-def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
+def doubly_asymptotic(level: ChainLevel, rough: Track) -> DoublyAsymptotic:
     """The orbits of a skeleton with n symbols to rounding, as chains from one surface to the other.
 
     NoOrbit is raised where Newton's method does not converge, or converges to another orbit.
@@ -293,16 +293,16 @@ def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
     n, made = len(rough.symbols), level.map_level
     system = System(level, on_surface, signs_of(rough.symbols), None)
     chain = system.solved(system.guess(rough.chi, rough.b))
-    off = (chain.chi - rough.chi, chain.unknown - rough.b)
+    off = (chain.chi - rough.chi, chain.parameter - rough.b)
     moved = max(float(np.abs(x).max(initial=0.0)) for x in off)
     if moved > MOVED:
         split = level.narrowest(system.signs)
         check_split(level, displaced(level, chain.unknowns, split), split)
         raise NoOrbit(f"an orbit with {n} symbols is found elsewhere: it moved by {moved:.2g}")
-    arrival = level.arriving(np.zeros_like(rough.b), chain.unknown)
+    arrival = level.arriving(np.zeros_like(rough.b), chain.parameter)
     # Growth of theta3 from the periodic orbit to the first crossing. That past the lower orbit is
     # read off the table of the upper one, at the angle of the reversed orbit.
-    theta3 = made.charts[True].inverse.look_up(0 * rough.b, -chain.unknown, made.a)[3]
+    theta3 = made.charts[True].inverse.look_up(0 * rough.b, -chain.parameter, made.a)[3]
     # The derivative of (d, chi) in b, carried from crossing to crossing. `side` is -1 where the
     # orbit is at its mirror image, for which theta3 grows by the opposite.
     change, side = np.stack((arrival.d_by[1], arrival.chi_by[1])), np.ones_like(rough.b)

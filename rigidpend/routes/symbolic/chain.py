@@ -29,7 +29,14 @@ from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.symbolic.address import cells_of
-from rigidpend.routes.symbolic.levels import Arrival, Level, Mask, PassageEnds, Signs, each_alone
+from rigidpend.routes.symbolic.levels import (
+    Arrival,
+    ChainLevel,
+    Mask,
+    PassageEnds,
+    Signs,
+    each_alone,
+)
 
 MOST_ITERATIONS = 24
 """Largest number of Newton's iterations; 1,100 chains of four bodies took 18 at most."""
@@ -55,7 +62,7 @@ EARLY = 1e-3
 """Time t' below which a zero of M3 is the crossing from which the orbit starts."""
 ROUNDED = 2.0**-51
 """Relative rounding error of a passage's time, for the crossings at its ends are doubles too."""
-PATIENCE = 4.0
+LONGEST_WAIT = 4.0
 """Longest wait for a crossing, in times of the longest passage."""
 
 
@@ -69,7 +76,7 @@ Begin: TypeAlias = Callable[[Any], Arrival]
 def on_surface(b: Any, I: float = 0.0) -> Arrival:
     """The arrival of an orbit on the unstable surface of the lower periodic orbit, or beside it.
 
-    The unknown is the angle b itself, radians; I is 0 on the surface.
+    The parameter is the angle b itself, radians; I is 0 on the surface.
     """
     return Arrival(I, b, 0.0, 1.0)
 
@@ -82,9 +89,9 @@ class Chain(NamedTuple):
     orbit that ends on a stable surface has one more a.
     """
 
-    level: Level
-    unknown: Any
-    """The value on which the :class:`Arrival` depends; of no meaning for a closed orbit."""
+    level: ChainLevel
+    parameter: Any
+    """The parameter of the :class:`Arrival`; of no meaning for a closed orbit."""
     a: Array
     b: Array
     I: Array
@@ -109,7 +116,7 @@ class Chain(NamedTuple):
         return self.level.narrowest(np.sign(self.I))
 
     @property
-    def off(self) -> Array:
+    def off_middle(self) -> Array:
         """(n + 1,) distances of the crossings from the middles of their cells, half rotations."""
         return np.abs(self.chi / np.pi - self.cells)
 
@@ -117,10 +124,10 @@ class Chain(NamedTuple):
     def unknowns(self) -> Array:
         """The unknowns of a :class:`System` in their order: a guess for another system."""
         x = np.empty((1 + len(self.a) + len(self.b), *self.a.shape[1:]))
-        x[0], x[1::2], x[2::2] = self.unknown, self.a, self.b
+        x[0], x[1::2], x[2::2] = self.parameter, self.a, self.b
         return x
 
-    def within(self, cells: Signs) -> Chain:
+    def in_cells(self, cells: Signs) -> Chain:
         """The chain itself; NoOrbit is raised if a crossing lies in another cell."""
         wrong = np.flatnonzero(self.cells != cells)
         if wrong.size:
@@ -153,12 +160,12 @@ class System(NamedTuple):
     The unknowns are that of the arrival, then a and b of each passage in turn.
     """
 
-    level: Level
+    level: ChainLevel
     begin: Begin | None
     """The passage before the first; None for a closed orbit, where it is the last one."""
     signs: Signs
     """(n,) or (n, N), the signs of I."""
-    last: float | None = None
+    last_chi: float | None = None
     """chi of the last crossing, radians; None for an orbit that ends on a stable surface.
 
     For a closed orbit it is the growth of chi over the whole orbit."""
@@ -167,16 +174,16 @@ class System(NamedTuple):
 
     Passages that are long enough do not disturb each other."""
 
-    def guess(self, angles: Array, unknown: Any) -> Array:
+    def guess(self, angles: Array, parameter: Any) -> Array:
         """The unknowns of a chain whose crossings lie at chi = `angles`, radians, (n + 1,).
 
         Only their d has gaps; that of the arrival is given.
         """
         n = len(self.signs)
-        x = np.empty((1 + 2 * n + (self.last is None), *angles.shape[1:]))
+        x = np.empty((1 + 2 * n + (self.last_chi is None), *angles.shape[1:]))
         a, b = x[1::2], x[2::2]
         rising, upper = alternating(len(a), angles), alternating(n, angles)
-        x[0], a[:], b[:] = unknown, angles[: len(a)], angles[1:]
+        x[0], a[:], b[:] = parameter, angles[: len(a)], angles[1:]
         I = np.zeros_like(a)
         # A crossing's chi is its angle plus a small function of the angle and I.
         for _ in range(ROUNDS):
@@ -190,7 +197,7 @@ class System(NamedTuple):
 
         The gaps (2, m, ...) are those of chi and of d at each of the m crossings. The derivatives
         (2, 4, m, ...) are those in a and b of the passage before the crossing, then of the passage
-        behind it; before the first crossing of an open chain, the unknown of its arrival takes the
+        behind it; before the first crossing of an open chain, the arrival's parameter takes the
         place of b.
         """
         a, b, n, level = x[1::2], x[2::2], len(self.signs), self.level
@@ -200,7 +207,7 @@ class System(NamedTuple):
         if self.begin is None:
             before = np.roll(before, 1, axis=1)
         else:
-            # The arrival depends on one unknown alone, which takes the place of b.
+            # The arrival depends on one parameter alone, which takes the place of b.
             I_0, b_0, I_slope, b_slope = self.begin(x[0])
             *first, _ = np.broadcast_arrays(I_0, b_0, 0.0, I_slope, b_slope, x[0])
             before = np.concatenate((np.array(first)[:, None], before), axis=1)
@@ -227,7 +234,7 @@ class System(NamedTuple):
     def _left(self, at: PassageEnds, before: Array, slope: Array) -> tuple[Array, Array]:
         """The gaps (2, m, ...) between the two sides of each crossing, and their derivatives."""
         # d is measured in the tables' width, so that both gaps are of the order of one.
-        units = 1.0, self.level.unit
+        units = 1.0, self.level.widest_d
         left = np.array([(y[0] - y[1]) / unit for y, unit in zip(at[:2], units, strict=True)])
         by = np.empty((2, 4, *slope.shape))
         # Chain rule: I depends on b - a, so that dI/da = -dI/db; the second side is subtracted.
@@ -236,12 +243,12 @@ class System(NamedTuple):
             by[part, 1] = I_by[0] * before[1] + angle_by[0] * before[2]
             by[part, 2] = I_by[1] * slope - angle_by[1]
             by[part, 3] = -I_by[1] * slope
-        by[1] /= self.level.unit
+        by[1] /= self.level.widest_d
         if self.begin is None:
-            left[0, 0] -= self.last
-        elif self.last is not None:
+            left[0, 0] -= self.last_chi
+        elif self.last_chi is not None:
             # The last crossing has one equation only, its chi: d is free.
-            left[0, -1], left[1, -1] = at.chi[0, -1] - self.last, 0.0
+            left[0, -1], left[1, -1] = at.chi[0, -1] - self.last_chi, 0.0
             by[1, :, -1] = 0.0
         return left, by
 
@@ -259,7 +266,7 @@ class System(NamedTuple):
             matrix, first = np.zeros((2 * m, 2 * m)), 2 * np.arange(m)
             for part, k in places:
                 matrix[first + part, (first + k - 2) % (2 * m)] = by[part, k]
-            # A closed orbit has no arrival, whose unknown stays as it is.
+            # A closed orbit has no arrival, whose parameter stays as it is.
             return np.append(0.0, np.linalg.solve(matrix, rows))
         # LAPACK's banded storage: the entry of row i and column j is at [2 + i - j, j]. Crossing c
         # has the rows 2c and 2c + 1, and the unknowns from 2c - 1 to 2c + 2. A further column in
@@ -267,7 +274,7 @@ class System(NamedTuple):
         bands = np.zeros((5, 2 * m + 2, *left.shape[2:]))
         for part, k in places:
             bands[3 + part - k, k : k + 2 * m : 2] = by[part, k]
-        right = rows[: 2 * m - (self.last is not None)].T
+        right = rows[: 2 * m - (self.last_chi is not None)].T
         # Chains side by side are blocks of one matrix: entries that would leave a block are 0.
         blocks = np.swapaxes(bands[:, 1 : 1 + right.shape[-1]], 1, -1).reshape(5, -1)
         found = solve_banded((2, 2), blocks, right.ravel(), check_finite=False)
@@ -296,7 +303,7 @@ class System(NamedTuple):
             # that roundings explain.
             rounding = min(max(ROUGHEST, displaced(self.level, x, split)), MOVED)
             if size < SETTLED or before <= size < rounding:
-                made, widest = self.evaluated(x)[2], self.level.widest
+                made, widest = self.evaluated(x)[2], self.level.widest_I
                 # `invariants` cuts I off at the tables' end, and the solution would be a wrong one.
                 at = np.argwhere(np.abs(made.I) >= widest)
                 if at.size:
@@ -308,7 +315,7 @@ class System(NamedTuple):
         raise NoOrbit("Newton's method does not converge")
 
 
-def displaced(level: Level, x: Array, split: float) -> float:
+def displaced(level: ChainLevel, x: Array, split: float) -> float:
     """Largest displacement of crossings by roundings of the tables and of the angles `x`, radians.
 
     `split` is the least splitting, as |I|, of the surfaces where the orbits change sides.
@@ -316,19 +323,19 @@ def displaced(level: Level, x: Array, split: float) -> float:
     return level.displaced(53, split) * (1 + float(np.abs(x).max()) / ANGLES)
 
 
-def check_split(level: Level, moved: float, split: float, most: float = MOVED) -> None:
-    """Raise NoOrbit where roundings displace orbits by `moved`, more than `most`, radians."""
-    if moved > most:
+def check_split(level: ChainLevel, moved: float, split: float, allowed: float = MOVED) -> None:
+    """Raise NoOrbit where roundings displace orbits by `moved`, more than `allowed`, radians."""
+    if moved > allowed:
         body, other, where = "nearly symmetric", "a less symmetric body", f"{level.splitting:.1g}"
         # `moved` is inversely proportional to `split`. If the splitting of upward crossings is
         # enough, the downward ones are to blame: they are split little near the Hess case.
-        if moved * split <= most * level.splitting:
+        if moved * split <= allowed * level.splitting:
             body, other = "at the Hess case or near it", "a body farther from it"
             where = f"{split:.1g} at downward crossings, where this orbit changes sides"
         raise NoOrbit(
             f"the body is {body}: its asymptotic surfaces lie so close together (|I| between them"
             f" is at most {where}) that the crossings of an orbit are known only to"
-            f" {moved:.1g} rad in double precision, and {most:.1g} rad is needed; take {other}"
+            f" {moved:.1g} rad in double precision, and {allowed:.1g} rad is needed; take {other}"
         )
 
 
@@ -362,7 +369,7 @@ def passages(chain: Chain) -> tuple[Mask, Array]:
     chain's time, t': the difference of both times, and the rounding that they may share.
     """
     rising = alternating(len(chain.b), chain.b)
-    states, limit = crossing_states(chain)[:, :-1], float(chain.time.max()) * PATIENCE
+    states, limit = crossing_states(chain)[:, :-1], float(chain.time.max()) * LONGEST_WAIT
     found = integrate.crossings(
         Orbits(chain.level.c.aligned, states, 2, limit),
         engine=DEFAULT_ENGINE,

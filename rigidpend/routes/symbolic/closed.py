@@ -52,7 +52,7 @@ from rigidpend.routes.symbolic.chain import (
     signs_of,
     tangents,
 )
-from rigidpend.routes.symbolic.levels import Level, Signs
+from rigidpend.routes.symbolic.levels import ChainLevel, Signs
 from rigidpend.routes.symbolic.shortest import alike
 from rigidpend.routes.symbolic.stretching import BENDING
 
@@ -64,7 +64,7 @@ LOST = 12
 """Bits that a passage may lose where it meets the next."""
 GROWN = 4.0
 """Number of roundings in a passage; grown to its end they are its error, if they exceed `LOST`."""
-GUARD = 15
+SECTION_BITS = 15
 """Bits that the numbers of the section have beyond those of the integration."""
 
 
@@ -149,11 +149,11 @@ def closed_orbit(
     address = parsed(word)
     if address.half_turns is not None or len(address.symbols) > MOST_SYMBOLS:
         raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
-    return closed(Level.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
+    return closed(ChainLevel.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
 
 
 def closed(
-    level: Level, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
+    level: ChainLevel, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
 ) -> ClosedOrbit:
     """:func:`closed_orbit` on a given level; `first` is the parity of the first crossing's cell."""
     # A word of odd length is read twice.
@@ -164,7 +164,7 @@ def closed(
         cells = first + n * np.arange(len(signs) + 1)
         angles = np.asarray(np.pi * cells, dtype=float)
         system = System(level, None, signs, math.pi * n * len(signs))
-        return system.solved(system.guess(angles, 0.0)).within(cells)
+        return system.solved(system.guess(angles, 0.0)).in_cells(cells)
 
     chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
     # I < 0 is a change to the mirror image; two of them cancel.
@@ -263,7 +263,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     Then the whole period is integrated from the first crossing: it ends there, but for roundings
     and their growth. NoOrbit is raised where the passages do not come to meet.
     """
-    chain, level, a = orbit.chain, orbit.chain.level, precision(bits + GUARD)
+    chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))
     h, turn = a.number(level.energy.in_context(context(a.bits))), 2 * a.pi

@@ -21,9 +21,9 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
-from rigidpend.routes.symbolic.levels import Level, Surface, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, Surface, orbits_of
 from rigidpend.routes.symbolic.refine import Refined, refined
-from rigidpend.routes.symbolic.shortest import exactly, shortest
+from rigidpend.routes.symbolic.shortest import shortest, with_half_turns
 
 SECANTS = 12
 """Largest number of secant steps in the energy."""
@@ -145,7 +145,7 @@ def find_orbit(
         raise AddressError(f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
     problem = RouteProblem(body, h0, J1_0, n)
     near = None if near is None else checked.number("near", near, ProblemError)
-    orbits = surface(problem)
+    orbits = orbits_of(problem)
     chain, by_energy = _solved(orbits, address, near)
     fine = refined(orbits, chain, by_energy, digits, jobs)
     right, error = passages(chain)
@@ -183,9 +183,9 @@ def _solved(orbits: Surface, address: Address, near: Exact | None) -> tuple[Chai
     """The chain of an address at its own energy, and the derivative of theta2_0 in the energy."""
     # The energy of an orbit depends on its theta2_0. A first chain is found at a guess of it.
     if near is None:
-        level = Level(orbits.made, orbits.problem.h0)
+        level = ChainLevel(orbits.return_map, orbits.problem.h0)
         return _at_own_energy(orbits, _either(orbits, level, address, math.pi))
-    level = Level(orbits.made, orbits.energy(float(near)))
+    level = ChainLevel(orbits.return_map, orbits.energy(float(near)))
     other, beside = followed(orbits, float(near), len(address.symbols))
     for each in _nearby(address, other):
         own = beside if (each.symbols, each.half_turns) == other[1:] else None
@@ -211,7 +211,7 @@ def _nearby(address: Address, other: Address) -> list[Address]:
 
 
 def _either(
-    orbits: Surface, level: Level, address: Address, middle: float, beside: Array | None = None
+    orbits: Surface, level: ChainLevel, address: Address, middle: float, beside: Array | None = None
 ) -> Chain:
     """The chain from the first cell that is asked for, or from either: that which takes less time.
 
@@ -228,15 +228,15 @@ def _either(
     for cell in (round(place), round(place) + (1 if place > round(place) else -1)):
         if address.first is not None and cell % 2 != address.first:
             continue
-        unknown = math.pi * cell - origin
+        parameter = math.pi * cell - origin
         try:
             # Some half rotations are free, or all are given.
             if len(given) < len(address.symbols):
-                found.append(shortest(system, cell, unknown, given))
+                found.append(shortest(system, cell, parameter, given))
             else:
                 here = beside is not None and round(float(beside[0]) / math.pi) == cell
-                own, unknown = (beside, middle) if here else (None, unknown)
-                found.append(exactly(system, cell, unknown, given, own))
+                own, parameter = (beside, middle) if here else (None, parameter)
+                found.append(with_half_turns(system, cell, parameter, given, own))
         except NoOrbit as error:
             reason = error
     if not found:
@@ -252,17 +252,17 @@ def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
     """
     # Solves energy(theta(h)) = h, where theta(h) is the phase of the chain at the energy h.
     signs, cells = np.sign(made.I).astype(int), made.cells
-    h, theta, slope = made.level.h, made.unknown, 0.0
+    h, theta, slope = made.level.h, made.parameter, 0.0
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
         step = off / (1 - orbits.energy_slope(theta) * slope)
         if abs(step) < 2e-16 * abs(h):
             break
         h, before = h + step, theta
-        level = Level(orbits.made, h)
+        level = ChainLevel(orbits.return_map, h)
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
-        made = system.solved(made.unknowns).within(cells)
-        theta = made.unknown
+        made = system.solved(made.unknowns).in_cells(cells)
+        theta = made.parameter
         # Shorter steps would make the difference one of roundings.
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step

@@ -29,7 +29,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import section_points
-from rigidpend.routes.symbolic.levels import Level, Surface, each_alone, onward, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, Surface, each_alone, onward, orbits_of
 
 LEAST_BITS = 64
 """Least precision, bits, of the states at crossings."""
@@ -83,12 +83,12 @@ def address_of(
     begin = start(problem, bits, Scales())
     states = states_exact(begin, [phase], bits)
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
-    orbits = surface(problem)
-    level = Level(orbits.made, orbits.energy(float(phase)))
+    orbits = orbits_of(problem)
+    level = ChainLevel(orbits.return_map, orbits.energy(float(phase)))
     return addressed(level, section_points(there, level.c, precision(53)), routes.codes[:n, 0])
 
 
-def addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
+def addressed(level: ChainLevel, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
     """The address of n + 1 crossings with n symbols, each followed by the map through one passage.
 
     MapError is raised where a passage leaves the tables or has another symbol.
@@ -111,7 +111,7 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
     The second result is chi of its crossings, radians, whole turns included. Both end before the
     first passage that leaves the tables.
     """
-    level = Level(orbits.made, orbits.energy(theta2))
+    level = ChainLevel(orbits.return_map, orbits.energy(theta2))
     at = level.arriving(*orbits.begin(level)(theta2)[:2])
     symbols, chi = [], [float(at.chi[0])]
     for passed in onward(level.map_level, SectionPoint(True, at.d, at.chi), n):
@@ -179,7 +179,7 @@ def _address(
     """
     try:
         if doubles:
-            own, _ = followed(surface(problem), float(phase), len(symbols))
+            own, _ = followed(orbits_of(problem), float(phase), len(symbols))
             if own.symbols == symbols:
                 return own
         # An orbit that doubles do not follow may have the right symbols by chance in the map, but

@@ -1,7 +1,7 @@
 """The return map at one energy as chains use it, and the orbits of Fig. 4 as their beginnings.
 
-A :class:`Level` looks up the values and derivatives of the inverse charts together, in doubles. A
-:class:`Surface` holds the orbits on S1-, one for each phase theta2_0.
+A :class:`ChainLevel` looks up the values and derivatives of the inverse charts together, in
+doubles. A :class:`Surface` holds the orbits on S1-, one for each phase theta2_0.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from rigidpend.routes.problem import RouteProblem
 Mask: TypeAlias = NDArray[np.bool_]
 Signs: TypeAlias = NDArray[np.int64]
 
-LOOKS = 128
+SPLITTING_PHASES = 128
 """Number of phases at which the splitting is evaluated."""
-ROUNDINGS = 30
+MOST_ROUNDINGS = 30
 """Largest number of roundings that displace an orbit: 10 were seen with 100 random bodies."""
 STEP = 1e-4
 """Step of the differences in theta2_0, radians; the error of a derivative is of its square."""
@@ -94,39 +94,39 @@ def widest_d(level: EnergyLevel) -> float:
     return max(float(chart.forward.width) for chart in level.charts)
 
 
-class Level:
+class ChainLevel:
     """The return map of a body at one energy, in the form in which chains use it.
 
-    `widest` and `unit` are the largest |I| and |d| of the tables. `splitting` is the largest |I|
-    behind crossings on the unstable surface of the lower orbit, which are upward, and `downward`
-    that of the upper orbit: it is smaller, and in the Hess case a rounding. `shift` is the growth
-    of chi beyond -ln|I|/Lambda in a passage between multiples of pi, radians. `c` are the body's
-    coefficients in doubles.
+    `widest_I` and `widest_d` are the largest |I| and |d| of the tables. `splitting` is the largest
+    |I| behind crossings on the unstable surface of the lower orbit, which are upward, and
+    `downward_splitting` that of the upper orbit: it is smaller, and in the Hess case a rounding.
+    `shift` is the growth of chi beyond -ln|I|/Lambda in a passage between multiples of pi, radians.
+    `c` are the body's coefficients in doubles.
     """
 
     def __init__(self, made: ReturnMap, h: Scalar) -> None:
         self.body, self.energy, self.h = made.body, exact(h), float(h)
         self.c = coefficients(made.body.angles(53 + GUARD_BITS), "1", precision(53))
         level = self.map_level = made.at(self.h)
-        self.widest = min(float(chart.inverse.width) for chart in level.charts)
-        self.unit = widest_d(level)
+        self.widest_I = min(float(chart.inverse.width) for chart in level.charts)
+        self.widest_d = widest_d(level)
         self.exponent = float(level.exponent[0, 0])
         self.splitting = self._split(True)
         # At least a rounding of d, so that nothing is divided by 0 in the Hess case.
-        self.downward = max(self._split(False), math.ldexp(self.unit, -53))
+        self.downward_splitting = max(self._split(False), math.ldexp(self.widest_d, -53))
         self.shift = float(np.diff(self.crossings([True, False], True, 0.0, 0.0).chi)[0])
 
     @staticmethod
-    def of(body: Body, h: Scalar) -> Level:
+    def of(body: Body, h: Scalar) -> ChainLevel:
         """The level of a body at an energy, dimensionless; MapError where it has no map."""
-        return Level(return_map(body, h=h), h)
+        return ChainLevel(return_map(body, h=h), h)
 
     def _split(self, rising: bool) -> float:
         """The largest |I| behind crossings on an unstable surface, upward or downward ones."""
         # On the surface the passage before has I = 0. Behind a downward crossing comes a passage
         # past the lower orbit: U and V are those of its reversed image, with -chi for chi.
         level, turn = self.map_level, 1 if rising else -1
-        on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, LOOKS))
+        on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, SPLITTING_PHASES))
         U, V, *_ = level.charts[rising].forward.look_up(on.d, turn * on.chi, level.a)
         return float(np.abs(U * V).max())
 
@@ -170,7 +170,7 @@ class Level:
         """
         # Newton's method for growth = -ln|I|/Lambda(I), in relative changes of |I|, which stays
         # positive that way.
-        size = np.minimum(np.exp(-growth * self.exponent), self.widest)
+        size = np.minimum(np.exp(-growth * self.exponent), self.widest_I)
         slope = size
         for _ in range(8):
             I = np.asarray(signs * size, dtype=float)
@@ -178,7 +178,7 @@ class Level:
             depth = -np.log(size) / rates.exponent
             slope = -1 / (1 / (I * rates.exponent) + depth * rates.exponent_slope / rates.exponent)
             ratio = np.clip(slope * (growth - depth) / I, -0.9, 9.0)
-            size = np.minimum(size * (1 + ratio), self.widest)
+            size = np.minimum(size * (1 + ratio), self.widest_I)
             if np.abs(ratio).max(initial=0.0) < 1e-15:
                 break
         return np.asarray(signs * size, dtype=float), slope
@@ -190,16 +190,16 @@ class Level:
         """
         changed = signs[1:] != signs[:-1]
         # Crossing 1, behind the first passage, is downward, and then every second one.
-        return self.downward if changed[::2].any() else self.splitting
+        return self.downward_splitting if changed[::2].any() else self.splitting
 
     def displaced(self, bits: int, split: float | None = None) -> float:
         """Largest displacement of an orbit on a surface by roundings in `bits` bits, radians.
 
         `split` is the splitting of that surface, as |I|; by default that of the lower orbit.
         """
-        # Tables round by `unit` 2^-bits what changes by about `apart` in a radian of the surface.
+        # Tables round by `widest_d` 2^-bits what changes by `apart` in a radian of a surface.
         apart = self.splitting if split is None else split
-        return math.ldexp(ROUNDINGS * self.unit / apart, -bits)
+        return math.ldexp(MOST_ROUNDINGS * self.widest_d / apart, -bits)
 
     def half_turns(self, I: float) -> float:
         """The half rotations, any real number, of a passage with |I| between multiples of pi."""
@@ -216,22 +216,22 @@ class Level:
 
 
 class Arrival(NamedTuple):
-    """The passage before the first crossing, as a function of one unknown: numbers or arrays."""
+    """The passage before the first crossing, as a function of one parameter: numbers or arrays."""
 
     I: Any
     b: Any
     """The angle at the end of the passage, radians."""
     I_slope: Any
-    """Derivative of I in the unknown."""
+    """Derivative of I in the parameter."""
     b_slope: Any
-    """Derivative of b in the unknown."""
+    """Derivative of b in the parameter."""
 
 
 class Surface(NamedTuple):
     """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa)."""
 
     problem: RouteProblem
-    made: ReturnMap
+    return_map: ReturnMap
     """The return map over the energies of all phases."""
 
     def energy(self, theta2: Any, J1_0: Any = None) -> Any:
@@ -248,7 +248,7 @@ class Surface(NamedTuple):
         """The first crossings of orbits by their phases, at the energies of the level."""
         return level.enter(start_Qp(self.problem, "1", 53, J1_0), self._phase(theta2))
 
-    def begin(self, level: Level) -> Callable[[float], Arrival]:
+    def begin(self, level: ChainLevel) -> Callable[[float], Arrival]:
         """The arrival of the orbit of a phase, as a function of theta2, at the level's energy."""
         made, Qp = level.map_level, start_Qp(self.problem, "1", 53)
 
@@ -272,7 +272,7 @@ class Surface(NamedTuple):
 
 
 @functools.lru_cache(maxsize=8)
-def surface(problem: RouteProblem) -> Surface:
+def orbits_of(problem: RouteProblem) -> Surface:
     """The orbits of a problem with their map; MapError, with the reason, where they have none."""
     check_start(problem)
     return Surface(problem, return_map(problem.body, h=problem.energies))

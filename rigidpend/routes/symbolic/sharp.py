@@ -36,7 +36,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import ChainLevel
 
 DEPTH = Fraction(1, 10**16)
 """J1 of the starts over J1_0. Orbits start with I of 1e-16 of J1, and theta2_0 errs by I/J1_0."""
@@ -60,7 +60,7 @@ ROUNDS = 16
 """Largest number of measurements of I."""
 CROSSING_STEPS = 2
 """Newton's steps to a crossing from 1e-4 off, a hundred times what an orbit may be displaced."""
-FINEST = 3e-30
+FINEST_ERROR = 3e-30
 """Largest error that is left, radians: a third of the 30th digit."""
 
 
@@ -82,9 +82,9 @@ class Launch:
     integration.
     """
 
-    def __init__(self, level: Level, J1_0: Exact) -> None:
+    def __init__(self, level: ChainLevel, J1_0: Exact) -> None:
         self.level, self.bits = level, PAIRS
-        if level.displaced(PAIRS) > FINEST:
+        if level.displaced(PAIRS) > FINEST_ERROR:
             self.bits *= 2
         bits = self.bits + 2 * GUARD_BITS
         self.a, self.p, m = precision(bits), level.body.angles(bits), context(bits)
@@ -260,7 +260,7 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
         I = _invariant(launch, orbits, states, distance, jobs)
         # The map's derivatives err, the more the less the surfaces are split: secants correct them,
         # except where a step is so small that the change of I is not resolved.
-        told = np.abs(step) > max(GAINED * np.abs(step).max(initial=0.0), FINEST)
+        told = np.abs(step) > max(GAINED * np.abs(step).max(initial=0.0), FINEST_ERROR)
         slope[told] = (I - I_before)[told] / step[told]
         wanted = -I / slope
         last = float(np.abs(wanted).max(initial=0.0))
@@ -273,9 +273,9 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
             continue
         I_before, step = I, wanted
         theta2 = theta2 + exactly([step])
-        if last < FINEST:
+        if last < FINEST_ERROR:
             break
-        error = max(last * GAINED, FINEST)
+        error = max(last * GAINED, FINEST_ERROR)
     else:
         raise NoOrbit(f"theta2_0 does not settle below {last:.2g} rad")
     moved = (theta2 - exactly([begun.theta2])).astype(float)

@@ -11,7 +11,7 @@ import numpy as np
 
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, check_split, on_surface
-from rigidpend.routes.symbolic.levels import Level, Signs
+from rigidpend.routes.symbolic.levels import ChainLevel, Signs
 
 APART = 4
 """Half rotations beyond those of |I| = splitting from which no crossing disturbs the next."""
@@ -29,7 +29,7 @@ Nearer to the border, at 0.5, orbits end in folds. Measured on random words: at 
 symbols could not be put together from their windows, at 0.36 none of 1,000."""
 LESSENED = 100
 """Number of symbols up to which half rotations are reduced one by one, 30 ms each."""
-MORE = 24
+MORE_HALF_TURNS = 24
 """Number of half rotations, from the least on, that are tried alike for all passages."""
 ENDS = 0.0, 0.2, -0.2, 0.4, -0.4
 """Places of the last crossing in its cell, half rotations from the middle, in the order tried."""
@@ -39,8 +39,8 @@ SLACK = 0.25
 """Share by which crossings off the surface may change I more than those on it."""
 
 
-def path(
-    system: System, cells: Signs, unknown: float, patient: bool = True, end: float = 0.0
+def chain_through(
+    system: System, cells: Signs, parameter: float, patient: bool = True, end: float = 0.0
 ) -> Chain:
     """The chain whose crossings lie in given cells, the last one `end` off the middle of its own.
 
@@ -50,10 +50,10 @@ def path(
     """
     angles = np.asarray(np.pi * cells, dtype=float)
     angles[-1] += np.pi * end
-    system = system._replace(last=float(angles[-1]))
-    x = system.guess(angles, unknown)
+    system = system._replace(last_chi=float(angles[-1]))
+    x = system.guess(angles, parameter)
     try:
-        return system.solved(x).within(cells)
+        return system.solved(x).in_cells(cells)
     except NoOrbit:
         if not patient:
             raise
@@ -72,11 +72,11 @@ def path(
             longer += step
             continue
         if longer == 0:
-            return made.within(cells)
+            return made.in_cells(cells)
         x, longer = made.unknowns, max(0.0, longer - step)
 
 
-def _reason(level: Level, made: Chain | None, longer: float) -> str:
+def _reason(level: ChainLevel, made: Chain | None, longer: float) -> str:
     """Message about a continuation that ended at a length; `made` is the last chain found."""
     if made is None:
         return "Newton's method does not converge even for long passages"
@@ -91,10 +91,10 @@ def _reason(level: Level, made: Chain | None, longer: float) -> str:
     )
 
 
-def exactly(
+def with_half_turns(
     system: System,
     first: int,
-    unknown: float,
+    parameter: float,
     turns: tuple[int, ...],
     beside: Array | None = None,
 ) -> Chain:
@@ -103,28 +103,28 @@ def exactly(
     `beside` is chi of the crossings of an orbit with this address, radians; if it is given, that
     orbit is taken. NoOrbit says which passage is too short.
     """
-    check_possible(system.level, turns, float(system.begin(unknown).I) if system.begin else 0.0)
+    check_possible(system.level, turns, float(system.begin(parameter).I) if system.begin else 0.0)
     cells, reason = np.cumsum([first, *turns]), NoOrbit()
     if beside is not None:
         with contextlib.suppress(NoOrbit):
-            one = system._replace(last=float(beside[-1]))
-            return one.solved(one.guess(beside, unknown)).within(cells)
+            one = system._replace(last_chi=float(beside[-1]))
+            return one.solved(one.guess(beside, parameter)).in_cells(cells)
     for end in ENDS:
         try:
-            return path(system, cells, unknown, end=end)
+            return chain_through(system, cells, parameter, end=end)
         except NoOrbit as error:
             reason = reason if str(reason) else error
     # The seed is fixed, so that a call always finds the same orbit.
     random = np.random.default_rng(len(turns))
     for offsets in random.uniform(-0.45, 0.45, (STARTS, len(cells))):
         angles = np.asarray(np.pi * (cells + offsets), dtype=float)
-        one = system._replace(last=float(angles[-1]))
+        one = system._replace(last_chi=float(angles[-1]))
         with contextlib.suppress(NoOrbit):
-            return one.solved(one.guess(angles, unknown)).within(cells)
+            return one.solved(one.guess(angles, parameter)).in_cells(cells)
     raise reason
 
 
-def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None:
+def check_possible(level: ChainLevel, turns: tuple[int, ...], I: float = 0.0) -> None:
     """Raise NoOrbit where so few half rotations need a larger |I| than crossings can give.
 
     `turns` are half rotations between cells; between the crossings themselves there is at most one
@@ -144,7 +144,7 @@ def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None
         most = min(most, level.invariant(n - 1))
 
 
-def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] = ()) -> Chain:
+def shortest(system: System, first: int, parameter: float, turns: tuple[int, ...] = ()) -> Chain:
     """The chain of a code with few half rotations, the first of which may be given, but not all.
 
     All free passages begin with the same number, the least that allows an orbit. The numbers are
@@ -156,41 +156,43 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
 
     def tried(each: int) -> Chain:
         """The chain with `each` half rotations in every free passage."""
-        cells = np.cumsum([first, *given, *[each] * (n - len(given))])
-        return path(system, cells, unknown, patient=False)
+        cells = np.cumsum([first, *turns, *[each] * (n - len(turns))])
+        return chain_through(system, cells, parameter, patient=False)
 
-    made = alike(system.level, system.signs, tried, bool(given))
+    made = alike(system.level, system.signs, tried, bool(turns))
     cells = made.cells
-    for k in range(len(given), n if n <= LESSENED else 0):
+    for k in range(len(turns), n if n <= LESSENED else 0):
         cells = lessened(system, made, cells, k)
     # `lessened` looks at windows only: in case the whole does not exist, the first chain stands.
     if (cells != made.cells).any():
         with contextlib.suppress(NoOrbit):
-            return path(system, cells, made.unknown, patient=False)
+            return chain_through(system, cells, made.parameter, patient=False)
     return made
 
 
-def alike(level: Level, signs: Signs, tried: Callable[[int], Chain], given: bool = False) -> Chain:
+def alike(
+    level: ChainLevel, signs: Signs, tried: Callable[[int], Chain], some_given: bool = False
+) -> Chain:
     """The chain with the fewest half rotations, the same number in every free passage.
 
     ``tried(number)`` finds the chain with that number. Its crossings stay `INSIDE`, unless some
-    passages are `given`. NoOrbit is raised where no chain was found.
+    passages are given. NoOrbit is raised where no chain was found.
     """
     split, reason = level.narrowest(signs), None
     if len(signs) > 1:
         # No length of the passages helps where roundings displace the crossings.
         check_split(level, level.displaced(53, split), split)
     # Of a chain with given passages, perhaps only these end where surfaces are split least.
-    least = max(1, level.fewest_half_turns(level.splitting if given else split))
-    most = max(1, level.fewest_half_turns(split)) + MORE - 1
+    least = max(1, level.fewest_half_turns(level.splitting if some_given else split))
+    most = max(1, level.fewest_half_turns(split)) + MORE_HALF_TURNS - 1
     for each in range(least, most + 1):
         try:
             made = tried(each)
         except NoOrbit as error:
             reason = error
             continue
-        off = float(made.off.max())
-        if given or off <= INSIDE:
+        off = float(made.off_middle.max())
+        if some_given or off <= INSIDE:
             return made
         reason = NoOrbit(f"a crossing is {off:.2f} half rotations from the middle of its cell")
     raise NoOrbit(f"from {least} to {most} half rotations a passage: {reason}")
@@ -204,20 +206,20 @@ def lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
     """
     # A short chain, the window of passages that feel the change, stands for the whole.
     low, high = max(0, k - WINDOW), min(len(system.signs), k + 1 + WINDOW)
-    part, unknown = system._replace(signs=system.signs[low:high]), made.unknown
+    part, parameter = system._replace(signs=system.signs[low:high]), made.parameter
     if low:
         # The window begins with the I of the passage before it, and an angle in the same place
         # relative to the new cell.
         I, shift = float(made.I[low - 1]), made.b[low - 1] - made.chi[low]
-        part, unknown = part._replace(begin=partial(on_surface, I=I)), shift + np.pi * cells[low]
+        part, parameter = part._replace(begin=partial(on_surface, I=I)), shift + np.pi * cells[low]
     while True:
         # One half rotation less in passage k moves all cells behind it.
         fewer = cells.copy()
         fewer[k + 1 :] -= 1
         try:
-            near = path(part, fewer[low : high + 1], unknown, patient=False)
+            near = chain_through(part, fewer[low : high + 1], parameter, patient=False)
         except NoOrbit:
             return cells
-        if near.off.max() > INSIDE:
+        if near.off_middle.max() > INSIDE:
             return cells
         cells = fewer

@@ -26,8 +26,8 @@ from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
-from rigidpend.routes.symbolic.chain import Chain, carried, tangents
-from rigidpend.routes.symbolic.levels import Mask, Surface, onward, widest_d
+from rigidpend.routes.symbolic.chain import ANGLES, Chain, carried, tangents
+from rigidpend.routes.symbolic.levels import ChainLevel, Mask, Surface, onward, widest_d
 
 ROUNDINGS = 3
 """Number of roundings in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
@@ -63,9 +63,7 @@ def most_stretched(slopes: Sequence[Array], frames: Sequence[Array]) -> Array:
     n + 1 matrices (2, 2, ...): :func:`frame` at the first crossing, and behind each passage.
     """
     # Singular values of a product, in frames where (d, chi) have the Euclidean norm of (M', gamma).
-    begun = np.moveaxis(frames[0], (0, 1), (-2, -1))
-    whole = np.asarray(np.moveaxis(np.linalg.inv(begun), (-2, -1), (0, 1)), dtype=float)
-    found = []
+    whole, found = inverse(frames[0]), []
     for slope, behind in zip(slopes, frames[1:], strict=True):
         whole = product(slope, whole)
         found.append(np.log(largest_singular(product(behind, whole))))
@@ -96,6 +94,12 @@ def euclidean(deviations: Array, c: Coefficients) -> Array:
 def product(one: Array, other: Array) -> Array:
     """Products (2, 2, ...) of matrices (2, 2, ...)."""
     return np.asarray(np.einsum("ij...,jk...->ik...", one, other))
+
+
+def inverse(matrices: Array) -> Array:
+    """The inverses of matrices (2, 2, ...)."""
+    found = np.linalg.inv(np.moveaxis(matrices, (0, 1), (-2, -1)))
+    return np.asarray(np.moveaxis(found, (-2, -1), (0, 1)))
 
 
 def largest_singular(matrix: Any) -> Any:
@@ -133,7 +137,7 @@ class Stretched(NamedTuple):
 
 def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
     """Follow orbits of one body and h0 through n passages, by their theta2_0 (radians) and J1_0."""
-    level, c = orbits.made.at(orbits.energy(theta2_0, J1_0)), orbits.made.coefficients
+    level, c = orbits.return_map.at(orbits.energy(theta2_0, J1_0)), orbits.return_map.coefficients
     begin = orbits.enter(level, theta2_0, J1_0)
     # Outside of the tables d may be so large that no point of the section has the energy.
     first = begin.point._replace(d=np.where(begin.inside, begin.point.d, 0.0))
@@ -144,33 +148,71 @@ def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretche
     time = sum(each.time for each in passed)
     codes = np.array([each.symbol for each in passed], dtype=np.uint8)
     grown = most_stretched(slopes, frames)
-    allowed = rounding(slopes, widest_d(level), grown[-1])
+    turned = (
+        np.array([begin.time, *(each.time for each in passed)]) / level.rates(0 * time).rotation
+    )
+    # At all these energies, which differ by the weight alone, surfaces are split by about as much.
+    split = ChainLevel(orbits.return_map, orbits.problem.h0).splitting
+    allowed = rounding(slopes, turned, widest_d(level), split, grown[-1])
     return Stretched(level, c, first, inside, time, codes, grown, allowed)
 
 
-def rounding(slopes: list[Array], width: float, grown: Array) -> Array:
+def rounding(slopes: list[Array], turned: Array, width: float, split: float, grown: Array) -> Array:
     """Allowed error of ln of the growth through all passages, (N,): a theoretical bound.
 
-    In each passage the place on the section errs by `ROUNDINGS`, of chi in radians and of d in
-    widths of the layer. From there to the next crossings the error grows as deviations do. At each
-    crossing it changes the derivatives by `BENDING`, and thereby the growth through all passages by
-    the growth before the crossing times that behind it, over the whole growth. The whole is
-    exp(grown) in the Euclidean norm, hence `width` times that for a change of d by a width. Where
-    deviations shrink again, it is far less than the product.
+    It is the sum of two. In each passage the place on the section errs by `ROUNDINGS`, of chi in
+    radians and of d in widths of the layer, and by those of the angle through which it has turned,
+    (n + 1, N) radians with that before the first crossing. From there to the next crossings the
+    error grows as deviations do. At each crossing it changes the derivatives by `BENDING`, and
+    thereby the growth through all passages by the growth before the crossing times that behind it,
+    over the whole growth. The whole is exp(grown) in the Euclidean norm, hence `width` times that
+    for a change of d by a width. Where deviations shrink again, it is far less than the product.
+
+    The surfaces may be much steeper than the angle between them. A place that moves along them
+    takes the deviations with it, so that here growths are those along the surfaces, with d from
+    them in units of `split`, by which they are split. But the derivatives themselves, which have
+    `ROUNDINGS` too, relatively, are those in d and chi: their growths are in widths and radians.
     """
-    n, unit = len(slopes), np.array([width, 1.0])
-    scaled = [slope * (unit / unit[:, None])[..., None] for slope in slopes]
-    # norm[j, k] is the growth from crossing j to crossing k, in widths and radians.
-    norm = np.ones((n + 1, n + 1, scaled[0].shape[-1]))
-    for j in range(n):
-        whole = np.broadcast_to(np.eye(2)[..., None], scaled[j].shape)
-        for k in range(j, n):
-            whole = product(scaled[k], whole)
-            norm[j, k + 1] = largest_singular(whole)
+    n, along = len(slopes), _along_surfaces(slopes, width, split)
+    on_surfaces, plain = (_growths(slopes, frames) for frames in (along, along[:1] * (n + 1)))
+    fresh = (1 + turned / ANGLES) * np.array([width / each[0, 0] for each in along])
     # The error of the place at crossing k: roundings at all crossings up to it, grown.
-    place = ROUNDINGS * 2.0**-53 * np.array([norm[: k + 1, k].sum(axis=0) for k in range(n + 1)])
+    place = np.array([(fresh[: k + 1] * on_surfaces[: k + 1, k]).sum(axis=0) for k in range(n + 1)])
+    of_places = (BENDING * place * on_surfaces[0] * on_surfaces[:, n]).sum(axis=0)
+    of_slopes = sum(plain[0, k] * plain[k, k + 1] * plain[k + 1, n] for k in range(n))
     whole = width * np.exp(grown)
-    return np.asarray((BENDING * place * norm[0] * norm[:, n] / whole).sum(axis=0))
+    return np.asarray(ROUNDINGS * 2.0**-53 * (of_places + of_slopes) / whole)
+
+
+def _growths(slopes: list[Array], frames: list[Array]) -> Array:
+    """Largest growths from crossing j to crossing k, (n + 1, n + 1, N), in n + 1 frames."""
+    n = len(slopes)
+    scaled = [product(inverse(frames[k + 1]), product(slopes[k], frames[k])) for k in range(n)]
+    found = np.ones((n + 1, n + 1, scaled[0].shape[-1]))
+    for j in range(n):
+        whole = scaled[j]
+        found[j, j + 1] = largest_singular(whole)
+        for k in range(j + 1, n):
+            whole = product(scaled[k], whole)
+            found[j, k + 1] = largest_singular(whole)
+    return found
+
+
+def _along_surfaces(slopes: list[Array], width: float, split: float) -> list[Array]:
+    """Matrices (2, 2, N) that take changes along and across the surfaces to those of (d, chi).
+
+    At the first and the last crossing, where deviations need not lie along a surface, they are
+    changes of d in widths, and of chi.
+    """
+    zero = np.zeros(slopes[0].shape[-1])
+    ends = np.array([[zero + width, zero], [zero, zero + 1]])
+    found = [ends]
+    for slope in slopes[:-1]:
+        # Behind a passage all deviations lie nearly along the unstable surface.
+        d, chi = product(slope, found[-1])
+        steep = (d * chi).sum(axis=0) / (chi * chi).sum(axis=0)
+        found.append(np.array([[zero + split, steep], ends[1]]))
+    return [*found, ends]
 
 
 def integrated(found: Stretched) -> Array:

@@ -13,7 +13,7 @@ import pytest
 
 from rigidpend.experiments.bench import problems, solvers
 from rigidpend.experiments.bench.methods import METHODS, Entrant
-from rigidpend.experiments.bench.peers import compared, made
+from rigidpend.experiments.bench.peers import compared, ready
 from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
 from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.experiments.principal_axes import euler_poisson_field, initial
@@ -45,7 +45,7 @@ def errors_of(name: str, other: Any, threads: int) -> dict[str, Any]:
     if method.family == "heyoka":
         # Of three orbits one comes after others; fewer lanes are compiled sooner.
         entry.setting["lanes"] = 2
-    solver = made(name, task, entry, threads)
+    solver = ready(name, task, entry, threads)
     first, again = (solver.read(solver.solve()) for _ in range(2))
     np.testing.assert_array_equal(first.time, again.time, "it begins anew")
     undecided = 0 if first.certain is None else int((~first.certain).sum())
@@ -72,7 +72,7 @@ def test_agrees_with_the_truth(apart: Executor, name: str, other: Any, threads: 
 @pytest.mark.slow
 def test_a_problem_that_is_asked_for_often_has_its_maps() -> None:
     entry = Entrant(None, METHODS["route_codes_often"].variants[0])
-    solver = made("route_codes_often", problems.fig4(63, 15), entry)
+    solver = ready("route_codes_often", problems.fig4(63, 15), entry)
     assert solver.solve().by_map.all()
 
 

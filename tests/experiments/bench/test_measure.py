@@ -63,7 +63,7 @@ def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> list[str]:
 
         return Solver(solve)
 
-    monkeypatch.setattr(measure, "made", make)
+    monkeypatch.setattr(measure, "ready", make)
     monkeypatch.setattr(problems, "errors", lambda *_: {"error": 0.0})
     return solved
 
@@ -194,7 +194,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
             right = route(problems.from_phases(problem, phases)).codes
             return 1 - right if bits == 64 and more.get("rough") else right
 
-        monkeypatch.setattr(measure, "made", made)
+        monkeypatch.setattr(measure, "ready", made)
         offered = more.get("bits", (64, 113))
         monkeypatch.setattr(principal_axes, "offers", offered.__contains__)
         monkeypatch.setattr(principal_axes, "codes", told)
@@ -275,7 +275,7 @@ def test_symbols_of_random_phases_are_held_against_113_bits_within_the_time_that
 
         return Solver(solve)
 
-    monkeypatch.setattr(measure, "made", made)
+    monkeypatch.setattr(measure, "ready", made)
     monkeypatch.setattr(measure, "CHUNK", 10)
     lines = list(measure.random_phases(asking(orbits=45, seconds=seconds), "x", PLAIN))
     assert [line.pop("J1_0") for line in lines] == ["1e-6", "1e-10"]

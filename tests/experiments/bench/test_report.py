@@ -107,7 +107,7 @@ def test_losses_are_peers_that_are_faster_and_right() -> None:
     assert reading.losses_table(data).note == f"Nowhere in this run. {absent}"
     one["heyoka_principal"]["wrong_symbols"] = 0.0
     table, lost = reading.losses_table(data), "heyoka, Euler-Poisson, batches"
-    assert table.rows == [(reading.FIG4, lost, "1 ms", "0.5 (0.3 to 2)")]
+    assert table.rows == [(reading.FIG4_TITLE, lost, "1 ms", "0.5 (0.3 to 2)")]
     assert table.note == absent
     # Without the default there is nothing to compare with.
     del one[choice.DEFAULT]

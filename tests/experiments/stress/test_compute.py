@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 from rigidpend import render
 from rigidpend.cli.measure import stress_command
-from rigidpend.experiments.stress import FAILED, LIMIT, PASSED, draw
+from rigidpend.experiments.stress import LIMIT, PASSED, REFUTED, draw
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress.scenes import Claim, Trial
 from rigidpend.experiments.stress.schema import Addresses, Extremes, LongTime
@@ -38,10 +38,10 @@ def trial(kind: str, name: str, claims: Any, *values: float, curve: Any = ()) ->
     [
         (2.0, 2.0, -math.inf, PASSED, 1.0),
         (3.0, 2.0, 3.0, LIMIT, 1.5),
-        (3.1, 2.0, 3.0, FAILED, 1.55),
+        (3.1, 2.0, 3.0, REFUTED, 1.55),
         (0.0, 0.0, -math.inf, PASSED, 0.0),
-        (1.0, 0.0, -math.inf, FAILED, math.inf),
-        (math.nan, 1.0, 9.0, FAILED, math.nan),
+        (1.0, 0.0, -math.inf, REFUTED, math.inf),
+        (math.nan, 1.0, 9.0, REFUTED, math.nan),
     ],
 )
 def test_verdict_and_ratio(
@@ -55,7 +55,7 @@ def test_verdict_and_ratio(
 @pytest.mark.parametrize("error", [ProblemError("J1_0", "no such orbit"), ArithmeticError("stuck")])
 def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
     made: Any = Trial("k", "t", [claim("a"), claim("b", 1, 9)], Mock(side_effect=error)).tried()
-    assert verdicts(made) == {"a": FAILED, "b": FAILED}
+    assert verdicts(made) == {"a": REFUTED, "b": REFUTED}
     assert {x["note"] for x in made["claims"].values()} == {f"refused: {error}"}
     assert made["curves"] == {}
 

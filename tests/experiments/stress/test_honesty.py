@@ -93,7 +93,7 @@ def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     truth = np.array([list(map(int, HARD_SYMBOLS))], dtype=np.uint8).T
     monkeypatch.setattr(honesty, "true_codes", lambda *_: truth)
     assert failures(honesty.hard_trial()) == set()
-    monkeypatch.setattr(certainty, "SECOND", certainty.FIRST)
+    monkeypatch.setattr(certainty, "SECOND_SCALES", certainty.FIRST_SCALES)
     assert failures(honesty.hard_trial()) == {"lies on a hard orbit"}
 
 
@@ -110,7 +110,7 @@ def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(
     made: Any = trial.tried()
     assert set(made["claims"]) >= set(names)
     assert failed(made) == set()
-    for limit in ("CLOSE", "AGREEMENT", "LINEAR"):
+    for limit in ("LIMIT_OF_TWO", "LIMIT_OF_THREE", "LIMIT_OF_UNEQUAL"):
         monkeypatch.setattr(certainty, limit, 1e9)
     assert "lies, all off by 1e-9" in failed(trial)
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.stress import passages, scenes
-from rigidpend.experiments.stress.scenes import Scene, followed
+from rigidpend.experiments.stress import passages, roundings, scenes
+from rigidpend.experiments.stress.scenes import SIGMAS, Scene, followed
+from rigidpend.experiments.stress.schema import Passages
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
 from tests.bodies import FIG4, problem
@@ -17,13 +18,16 @@ from tests.experiments.stress.verdicts import failed
 from tests.orbits.integrate.problems import on_separatrix
 
 SCENE = Scene(FIG4, 1.4, 1, 11)
+SIZES = Passages.model_validate(
+    {"orbits": "4", "n_crossings": "8", "columns": {"53": "16"}, "checked": {"53": "1"}}
+)
 
 
 def test_rounding_and_the_mean_of_errors_are_those_of_samples() -> None:
     """Of numbers with all mantissas, and of normal errors."""
     numbers = np.exp(np.random.default_rng(1).uniform(0, 50, 400_000))
     errors = np.float64(np.float32(numbers)) / numbers - 1
-    assert math.sqrt((errors**2).mean()) == pytest.approx(passages.ROUNDING * 2.0**-23, rel=0.01)
+    assert math.sqrt((errors**2).mean()) == pytest.approx(roundings.ROUNDING * 2.0**-23, rel=0.01)
     sample = np.abs(np.random.default_rng(2).normal(size=400_000))
     assert np.exp(np.log(sample).mean()) == pytest.approx(passages.GEOMETRIC, rel=0.01)
 
@@ -32,14 +36,14 @@ def test_step_is_a_share_of_the_distance_to_the_poles_of_J1() -> None:
     u, v = 1.3, 0.7
     pole = complex(v, math.pi) / u
     assert abs(np.exp(-u * pole + v) + 1) < 1e-15
-    assert passages.step(u) == pytest.approx(pole.imag * math.exp(-2))
+    assert roundings.step(u) == pytest.approx(pole.imag * math.exp(-2))
 
 
 def test_growths_agree_with_two_orbits_side_by_side() -> None:
     near, far = (on_separatrix(2, FIG4, 1e-4, 2.1 + x, 1.4) for x in (0.0, 1e-9))
     found = followed(SCENE, Orbits(SCENE.c, np.stack((near, far), axis=1), 7, 500.0)).time
     apart = np.abs(np.diff(found, axis=1))[:, 0]
-    times, grown = passages.growths(SCENE, near, 150.0)
+    times, grown = roundings.growths(SCENE, near, 150.0)
     assert np.allclose(times[:7], found[:, 0], atol=0.01)
     # At the first crossing both are still too close for times in doubles.
     assert np.allclose(grown[1:7] - grown[1], np.log(apart / apart[1])[1:], atol=0.01)
@@ -49,14 +53,14 @@ def test_growths_agree_with_two_orbits_side_by_side() -> None:
 @pytest.mark.parametrize("end", [12.0, -12.0])
 def test_deviations_are_those_of_roundings_made_one_by_one(end: float) -> None:
     """Each component after each step, moved by itself, moves the end; the squares add."""
-    times, orbits, errors = passages.deviations(SCENE, SCENE.starts(1, 1e-3), end)
-    assert np.abs(np.diff(times)) == pytest.approx(passages.step(SCENE.u), rel=0.05)
+    times, orbits, errors = roundings.deviations(SCENE, SCENE.starts(1, 1e-3), end)
+    assert np.abs(np.diff(times)) == pytest.approx(roundings.step(SCENE.u), rel=0.05)
     moved = []
     for time, x in zip(times[1:], orbits[1:], strict=True):
         aside = x + 1e-6 * x * np.hstack((np.eye(6), -np.eye(6)))
         y = states_at(SCENE.c, aside, [end - time])[:, 0]
         moved.append((y[:, :6] - y[:, 6:]) / 2e-6)
-    expected = passages.NOISE * np.linalg.norm(np.hstack(moved), axis=1)
+    expected = roundings.NOISE * np.linalg.norm(np.hstack(moved), axis=1)
     assert errors[-1, :, 0] == pytest.approx(expected, rel=1e-5)
 
 
@@ -71,13 +75,13 @@ def test_predicted_errors_are_those_of_many_digits_also_where_they_have_grown_mo
         (256.3596226342304, 6.84090e-05),
     )
     times, errors = np.array(known).T
-    predicted = passages.predicted_errors(scene, scene.starts(2, 1e-8)[:, 1:], times[:, None])
+    predicted = roundings.predicted_errors(scene, scene.starts(2, 1e-8)[:, 1:], times[:, None])
     assert predicted[:, 0] == pytest.approx(errors, rel=1e-3)
 
 
 @pytest.mark.slow
 def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    trial = passages.growth_trial(SCENE, 1e-6, 4, 8)
+    trial = passages.growth_trial(SCENE, 1e-6, SIZES)
     made: Any = trial.tried()
     assert failed(made) == set()
     assert 1.5 < made["curves"]["growth"]["growth_predicted"] < 5
@@ -90,7 +94,7 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Also where the higher precision is not sure of itself."""
-    trial = passages.decided_trial(SCENE, problem(FIG4, 60, SCENE.h0, 1e-6), 53, 16, 1, 4)
+    trial = passages.decided_trial(SCENE, problem(FIG4, 60, SCENE.h0, 1e-6), "53", SIZES)
     computed: list[Any] = []
 
     def kept(*given: Any, right: Any = scenes.routes, **more: Any) -> Any:
@@ -142,5 +146,5 @@ def test_medians_spread_as_those_of_random_walks(bits: int) -> None:
     walk = np.log(np.abs(1 - 2 * nu / np.pi / np.tan(phases))).cumsum(axis=1)
     numbers = (walk > bits * np.log(2)).argmax(axis=1)
     spread = np.median(numbers.reshape(200, 64), axis=1).std()
-    expected = passages.median_spread(bits, 64, 10**9, nu) / passages.SIGMAS
+    expected = passages.median_spread(bits, 64, 10**9, nu) / SIGMAS
     assert expected == pytest.approx(spread, rel=0.2)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.stress import conserved, extremes, passages, scenes
+from rigidpend.experiments.stress import conserved, extremes, roundings, scenes
 from rigidpend.experiments.stress.scenes import Scene
 from rigidpend.mechanics.coordinates import (
     Aligned,
@@ -20,7 +20,7 @@ from rigidpend.mechanics.coordinates import (
 )
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.routes.certainty import FIRST
+from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.problem import phase_rate
 from rigidpend.routes.run import Run
 from tests.bodies import FIG4, GENERIC, problem
@@ -66,8 +66,8 @@ def test_codes_and_truth_are_computed_as_they_are_asked_for(
     run, *given, columns = made
     asked_of = run.problem, run.arithmetic, run.jobs, run.phases.high.tolist()
     assert asked_of == (PROBLEM, resolve("scipy", None, (160,)), 3, [0.4, 2.1])
-    assert (given, list(columns)) == ([160, FIRST], [0, 1])
-    monkeypatch.setattr(scenes, "codes_of", lambda *given, kept: (*given, kept))
+    assert (given, list(columns)) == ([160, FIRST_SCALES], [0, 1])
+    monkeypatch.setattr(scenes, "codes_of", lambda *given, use_kept: (*given, use_kept))
     found: Any = scenes.routes(PROBLEM, phases, 3, (53, 106), 1e-12, "integration", "scipy")
     arithmetic = resolve("scipy", 1e-12, (53, 106))
     assert found == (PROBLEM, phases, arithmetic, 3, "integration", True)
@@ -132,7 +132,7 @@ def test_all_hold_and_wrong_mirrors_and_large_errors_do_not(
     assert (set(right.values()), len(right)) == ({"passed"}, 3)
     monkeypatch.setattr(conserved, "MIRRORED", np.arange(5))
     monkeypatch.setattr(conserved, "REVERSAL", -conserved.REVERSAL)
-    monkeypatch.setattr(passages, "NOISE", passages.NOISE / 100)
+    monkeypatch.setattr(roundings, "NOISE", roundings.NOISE / 100)
     assert failed(trial) == set(right)
 
 

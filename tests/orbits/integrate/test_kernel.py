@@ -14,6 +14,7 @@ import pytest
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import bigint, in_unit
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.following import carrying, note, sampling
@@ -60,11 +61,24 @@ def test_steps_err_by_rounding_alone(bits: int, finest: float) -> None:
     assert off(end, time, bits + 60) < 8 * Fraction(finest)
 
 
-def test_longer_numbers_follow_no_field_but_the_aligned_one() -> None:
-    """The constant rate of the second component would be lost."""
-    field, _ = trace(lambda y: [y[0] * y[1], 1.0], 2)
-    with pytest.raises(ValueError, match="aligned field alone"):
-        sampling(20, 106, field)
+@pytest.mark.parametrize(("bits", "finest"), [(53, 2.0**-51), (106, 2.0**-101), (159, 2.0**-153)])
+def test_any_field_is_followed_in_every_kind_of_number(bits: int, finest: float) -> None:
+    """Products, a constant rate and a quotient, to closed forms of mpmath's."""
+    field, values = trace(lambda y: [y[0] * y[1], 1.0, 2.0 / y[2]], 3)
+    parts, steps_taken, m = KINDS[bits].parts, 99, context(bits + 20)
+    begun, end = in_parts([Fraction(1, 3), Fraction(-1, 7), Fraction(6, 5)], bits), Fraction(2, 3)
+    state = np.repeat(begun.reshape(3 * parts, 1), LANES, axis=1)
+    samples, passed = np.empty((3 * parts, LANES)), np.zeros(LANES, dtype=np.int64)
+    grid = in_parts([end], bits).reshape(parts, 1)
+    left = sampling(taylor_step.order_of(2.0 ** (1 - bits)), bits, field)(
+        *(state, LANES, np.zeros((2, LANES)), in_parts([Fraction(x) for x in values], bits)),
+        *(grid, 1, 0, 1, passed, 1.0, 1, steps_taken, samples),
+    )
+    assert not left
+    found = [sum(map(Fraction, samples[i::3, 0].tolist()), Fraction(0)) for i in range(3)]
+    t, y = m.mpf(2) / 3, m.mpf(-1) / 7
+    true = m.exp(y * t + t * t / 2) / 3, y + t, m.sqrt(m.mpf(36) / 25 + 4 * t)
+    assert max(abs(a - fraction(b)) for a, b in zip(found, true, strict=True)) < finest
 
 
 def test_orders_share_a_kernel_as_far_as_it_has_room() -> None:

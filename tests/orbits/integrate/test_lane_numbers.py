@@ -14,13 +14,8 @@ import pytest
 
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.kernel import machine_code
-from rigidpend.orbits.integrate.kernel.lane_numbers import (
-    KINDS,
-    Doubles,
-    Functions,
-    Value,
-    as_doubles,
-)
+from rigidpend.orbits.integrate.kernel.lane_functions import Functions
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value, as_doubles
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 OPERATIONS: dict[str, tuple[Callable[[Doubles, Value, Value], Value], Any]] = {

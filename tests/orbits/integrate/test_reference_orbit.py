@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.machine import workers
+from rigidpend.machine.signals import Stopped
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import neighbours
@@ -38,6 +40,15 @@ def orbit(phase: str, bits: int, engine: str = "taylor", **changed: Any) -> Refe
         **changed,
     }
     return ReferenceOrbit(begin.coefficients, state, further * np.repeat([0, 1], 3), **given)
+
+
+@pytest.mark.parametrize("engine", ["taylor", "scipy"])
+def test_a_stop_ends_each_step(monkeypatch: pytest.MonkeyPatch, engine: str) -> None:
+    """By the kernel and in integers: where passages are slow, an orbit has thousands of steps."""
+    one = orbit("4.7", 192, engine)
+    monkeypatch.setattr(workers, "came", lambda: True)
+    with pytest.raises(Stopped):
+        one.reaches(1)
 
 
 def test_the_tangent_is_the_derivative_along_the_phase() -> None:
@@ -111,7 +122,7 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
         passage_limit=1e3,
         tolerance=1e-14,
     )
-    k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN)
+    k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN_BITS)
     assert k > 4
     assert reference.growth[k] * 2e-24 < small <= reference.growth[k + 1] * 2e-24
     np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))

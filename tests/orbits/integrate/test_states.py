@@ -17,7 +17,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficie
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
 from rigidpend.orbits.integrate.kernel import following, machine_code
-from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
+from rigidpend.orbits.integrate.kernel.machine_code import FEW_LANES, LANES
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
 from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC, WAYS, fan, find, task
@@ -129,9 +129,9 @@ def test_few_orbits_take_narrow_vectors_and_keep_every_bit(
 ) -> None:
     watched = Mock(wraps=getattr(following, kernel))
     monkeypatch.setattr(following, kernel, watched)
-    more, few = (followed(fan(FEW + 1)[:, :n]) for n in (FEW + 1, FEW))
-    assert [call.args[-1] for call in watched.call_args_list] == [LANES, FEW]
-    np.testing.assert_array_equal(more[..., :FEW], few)
+    more, few = (followed(fan(FEW_LANES + 1)[:, :n]) for n in (FEW_LANES + 1, FEW_LANES))
+    assert [call.args[-1] for call in watched.call_args_list] == [LANES, FEW_LANES]
+    np.testing.assert_array_equal(more[..., :FEW_LANES], few)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
-from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WHOLE, Design
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
 from rigidpend.orbits.return_map.charts import branch
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -30,7 +30,7 @@ H = "1.3342"
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache of the test's own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    storage.kept.cache_clear()
+    storage.kept_map.cache_clear()
     return tmp_path / "rigidpend" / "maps"
 
 
@@ -58,7 +58,7 @@ def test_the_degree_of_the_normal_form_suffices_and_eight_less_do_not(
     monkeypatch.setattr(build, "ATTEMPTS", 1)
     task = (body := drawn()[9].body), exact("1.20725"), exact("1.22095"), 64, SECOND
     in_doubles = build.build(*task[:3], 53)
-    assert in_doubles.errors.charts <= build.ROUNDINGS * 2.0**-53 <= 2.0**-48
+    assert in_doubles.errors.charts <= build.LEAST_ROUNDINGS * 2.0**-53 <= 2.0**-48
     layer, planned = build.plan(*task)
     assert build.build(*task, by=(layer, planned)).body == body
     with pytest.raises(MapError, match="don't settle"):
@@ -73,7 +73,7 @@ def test_the_degree_of_the_normal_form_suffices_and_eight_less_do_not(
         # The weight turns 75 times on the arcs: theta3's quadrature must follow that.
         (SLOW, "0.8617", 64, SECOND),
         # One of the surfaces does not split: the fourth part of a chart is 1e-9 of the others.
-        pytest.param(HESS, H, 64, WHOLE, marks=pytest.mark.slow),
+        pytest.param(HESS, H, 64, WITH_THETA3, marks=pytest.mark.slow),
     ],
 )
 def test_order_a_map_errs_by_less_than_the_rounding_of_its_bits(
@@ -110,7 +110,7 @@ def test_inverse_charts_err_more_between_the_points_that_measure_it() -> None:
     _, inverse = stated_maps.ratios(made)
     # `ratios` holds it against the sum of what both charts state.
     true = inverse.max() * (made.errors.inverse + made.errors.charts)
-    assert made.errors.inverse / checks.BETWEEN < true < made.errors.inverse
+    assert made.errors.inverse / checks.INVERSE_FACTOR < true < made.errors.inverse
 
 
 def test_a_map_is_shown_in_two_lines() -> None:
@@ -180,7 +180,7 @@ def test_orders_are_raised_until_tables_settle_and_those_that_do_not_are_refused
     largest = first.errors.largest
 
     def settled(allowed: float, attempts: int) -> Any:
-        monkeypatch.setattr(build, "SLACK", allowed * 2.0**53)
+        monkeypatch.setattr(build, "ALLOWED_ROUNDINGS", allowed * 2.0**53)
         monkeypatch.setattr(build, "ATTEMPTS", attempts)
         return build.build(*task, by=by).orders
 
@@ -200,7 +200,7 @@ def test_what_was_found_is_kept_and_not_sought_again(
     with pytest.raises(MapError) as first:
         return_map(HEAVY, h=H)
     assert len(list(cache.iterdir())) == 2
-    storage.kept.cache_clear()
+    storage.kept_map.cache_clear()
     monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("built again"))
     # The same numbers, written otherwise.
     again = return_map(Body((2, 1, "3/2"), (1, 1, 0), "1e-3"), h=exact(H).fraction)
@@ -217,18 +217,18 @@ def test_a_map_over_its_budget_is_refused_and_that_is_kept(
 ) -> None:
     """Another call with the same budget has the same answer, whatever is kept."""
     h = exact(H)
-    needed = build.expected_cost(FIG4, h, h, 53, WHOLE)
+    needed = build.expected_cost(FIG4, h, h, 53, WITH_THETA3)
     assert 0.001 < needed < 1
     told = f"would take {needed:.2g} s of a core at least, more than the {0.9 * needed:.2g} s that"
     monkeypatch.setattr(build, "normal_form", lambda *_, **__: pytest.fail("tables are made"))
     for _ in range(2):
         with pytest.raises(build.Costly, match=told):
             return_map(FIG4, h=H, budget=0.9 * needed)
-        storage.kept.cache_clear()
+        storage.kept_map.cache_clear()
     monkeypatch.undo()
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache.parent.parent))
     assert return_map(FIG4, h=H, budget=2 * needed).cost == needed
-    storage.kept.cache_clear()
+    storage.kept_map.cache_clear()
     with pytest.raises(build.Costly, match=told):
         return_map(FIG4, h=H, budget=0.9 * needed)
     assert return_map(FIG4, h=H).cost == needed

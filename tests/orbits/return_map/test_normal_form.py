@@ -50,7 +50,7 @@ def test_a_wrong_equation_shows_in_the_two_determinations_of_lambda() -> None:
 def test_the_normal_form_ends_with_the_first_terms_that_are_small_enough(least: float) -> None:
     radius = 0.3
     given: Any = (coefficients_of(FIG4), AT, 21, 21, radius, DOUBLES)
-    whole, short = normal_form(*given), normal_form(*given, least=least)
+    whole, short = normal_form(*given), normal_form(*given, least_share=least)
     degrees = powers(21, 1).sum(axis=1)
     np.testing.assert_array_equal(short.odd, whole.odd[:, degrees <= short.degree])
     # Coefficients of waves are no larger than what they add up to at phases, nor far below.
@@ -81,12 +81,12 @@ def test_order_points_are_put_into_the_normal_form_to_rounding(
 def test_terms_in_doubles_leave_less_than_an_eighth_of_a_rounding(
     bits: int, degree: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each leaves a 256th part, `GUARD`; a rounding is of the largest at |u|, |v| = radius."""
+    """Each leaves a part, `GUARD_SHARE`; a rounding is of the largest at |u|, |v| = radius."""
     a, radius = precision(bits), 1 / 16
     h = a.number(1.3342)
     given: Any = (coefficients_of(FIG4, bits), Interval(h, 0 * h, 1), degree, degree, radius, a)
     found = normal_form(*given)
-    monkeypatch.setattr(module, "GUARD", 0.0)
+    monkeypatch.setattr(module, "GUARD_SHARE", 0.0)
     whole = normal_form(*given)
     for x, true, parity in ((found.odd, whole.odd, 1), (found.even, whole.even, 0)):
         of = radius ** powers(degree - 1 + parity, parity).sum(axis=1, dtype=float)

@@ -15,7 +15,7 @@ from rigidpend import Body
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
-from rigidpend.orbits.return_map.build import FIRST, WHOLE
+from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3
 from rigidpend.orbits.return_map.passage import Passage
 from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -28,7 +28,7 @@ DOUBLES = precision(53)
 N = 40
 
 
-@pytest.fixture(scope="module", params=[WHOLE, FIRST], ids=["whole", "for codes"])
+@pytest.fixture(scope="module", params=[WITH_THETA3, FIRST], ids=["whole", "for codes"])
 def made(request: pytest.FixtureRequest) -> ReturnMap:
     """A map that tells theta3 and one that does not."""
     return return_map(GENERIC, h=H, design=request.param)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from scripts import check_full_shift as script
+from scripts import check_series
 from scripts.check_certificate import Interval
 from tests.routes.certified.offered import Stored
 
 
 @pytest.fixture(autouse=True)
 def digits() -> None:
-    Interval.digits = script.DIGITS
+    Interval.digits = check_series.DIGITS
 
 
 @pytest.fixture(scope="session")

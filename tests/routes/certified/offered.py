@@ -37,8 +37,15 @@ from rigidpend.routes.certified.pieces import (
     unpacked_quads,
 )
 from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate, check_intervals
-from scripts import check_full_shift as script
+from scripts import (
+    check_certificate,
+    check_full_shift,
+    check_intervals,
+    check_passages,
+    check_pieces,
+    check_sections,
+    check_series,
+)
 from scripts.check_certificate import Fails, Interval
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import reference
@@ -55,19 +62,19 @@ CALM: dict[Any, int] = {(0, 0, 0): 0}
 """Terms of a component that is zero."""
 
 
-def problem() -> script.Problem:
-    return script.problem_of(GIVEN)
+def problem() -> check_sections.Problem:
+    return check_sections.problem_of(GIVEN)
 
 
-def series(terms: Mapping[Any, int], bits: int) -> script.Series:
+def series(terms: Mapping[Any, int], bits: int) -> check_series.Series:
     """Terms as the second checker reads them."""
     found = {at: w * (1 if at[0] == 0 else 2) for at, w in terms.items()}
-    return script.Series.made(found, bits + 1)
+    return check_series.Series.made(found, bits + 1)
 
 
-def step(piece: FamilyStep) -> script.Step:
+def step(piece: FamilyStep) -> check_sections.Step:
     states = [series(terms, piece.bits) for terms in piece.terms]
-    return script.Step(series(piece.half, script.CLOCK), states)
+    return check_sections.Step(series(piece.half_length, check_pieces.CLOCK), states)
 
 
 def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
@@ -82,8 +89,8 @@ def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
     ]
 
 
-def quad_of(quad: Quad) -> script.Quad:
-    return script.Quad(*quad[:5], list(quad.p), [list(p) for p in quad.moves])
+def quad_of(quad: Quad) -> check_sections.Quad:
+    return check_sections.Quad(*quad[:5], list(quad.p), [list(p) for p in quad.moves])
 
 
 def interval(x: arb) -> Interval:
@@ -149,7 +156,9 @@ def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
     return piece._replace(terms=terms)
 
 
-def arrived(rows: Sequence[Mapping[Any, int]], box: Sequence[arb]) -> tuple[Any, script.Arrival]:
+def arrived(
+    rows: Sequence[Mapping[Any, int]], box: Sequence[arb]
+) -> tuple[Any, check_passages.Arrival]:
     """Crossings with d and g as terms, for both."""
     at, up = (Family.of(row, BITS) for row in rows)
     slopes = [[each.partial(name) for name in "uvw"] for each in (at, up)]
@@ -157,8 +166,12 @@ def arrived(rows: Sequence[Mapping[Any, int]], box: Sequence[arb]) -> tuple[Any,
     there = Q, gamma1, gamma2
     mine = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
     d, g = (series(row, BITS) for row in rows)
-    along = [(d.partial(i), g.partial(i), script.Series.of(i == 3)) for i in script.ALONG]
-    return mine, script.Arrival(d, g, 1, [interval(x) for x in box], [], Interval.of(0), along)
+    along = [
+        (d.partial(i), g.partial(i), check_series.Series.of(i == 3)) for i in check_series.ALONG
+    ]
+    return mine, check_passages.Arrival(
+        d, g, 1, [interval(x) for x in box], [], Interval.of(0), along
+    )
 
 
 def begun(piece: FamilyStep) -> list[Family]:
@@ -203,7 +216,7 @@ def crossings(begin: Any, time: float) -> tuple[Any, Any]:
 
 def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
     """Time of the polynomials at a place of a set."""
-    return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
+    return sum(2 * value(Family.of(piece.half_length, CLOCK), *place) for piece in pieces)
 
 
 PHASE, DEPTH = exact("1"), 60
@@ -288,32 +301,35 @@ class Stored:
         return [passages.arrival(self.numbers, *each) for each in of]
 
     @cached_property
-    def theirs(self) -> list[script.Arrival]:
+    def theirs(self) -> list[check_passages.Arrival]:
         """The same by the second checker, as it reads the file."""
-        found = script.read(STORED)
-        starts: list[script.Quad | script.Line] = [*found.quads, script.Line(J1, *found.line)]
+        found = check_full_shift.read(STORED)
+        starts: list[check_sections.Quad | check_sections.Line] = [
+            *found.quads,
+            check_sections.Line(J1, *found.line),
+        ]
         of = zip(starts, found.orbits, strict=True)
-        return [script.arrival(problem(), *each) for each in of]
+        return [check_passages.arrival(problem(), *each) for each in of]
 
     def beginning(self, start: Quad | StartLine, piece: FamilyStep) -> list[Callable[[], Any]]:
         """C1 of a set or of a line by both: each gives its bounds."""
         again = step(piece)
         if isinstance(start, StartLine):
-            line = script.Line(*start)
+            line = check_sections.Line(*start)
             found: Any = lambda: sections.line_beginning(self.numbers, start, piece)  # noqa: E731
-            return [found, lambda: script.line_beginning(problem(), line, again)]
+            return [found, lambda: check_sections.line_beginning(problem(), line, again)]
         return [
             lambda: sections.beginning(self.numbers, start, piece)[1],
-            lambda: script.beginning(problem(), quad_of(start), again)[1],
+            lambda: check_sections.beginning(problem(), quad_of(start), again)[1],
         ]
 
     def of(self, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> list[Any]:
         """What both check of the orbits of a set, or of a line."""
-        other = script.Line(*start) if isinstance(start, StartLine) else quad_of(start)
+        other = check_sections.Line(*start) if isinstance(start, StartLine) else quad_of(start)
         again = [step(x) for x in pieces]
         return [
             lambda: passages.arrival(self.numbers, start, pieces),
-            lambda: script.arrival(problem(), other, again),
+            lambda: check_passages.arrival(problem(), other, again),
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:

@@ -78,7 +78,7 @@ def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
 def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
     few = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=20)
     assert few.status == ["undecided"]
-    assert few.bits[0] == 20 + codes.MARGIN
+    assert few.bits[0] == 20 + codes.MARGIN_BITS
     monkeypatch.setattr(codes, "asked_for", lambda *_: (10, 20))
     found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert found.proven.all()
@@ -102,7 +102,7 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
 
 
 def test_progress_names_a_phase_of_a_grid_by_one_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(codes, "BETWEEN", -1.0)
+    monkeypatch.setattr(codes, "LINE_SECONDS", -1.0)
     lines: list[str] = []
     phase = exact("0") + exact("1/10") * 16
     certify_codes(BODY, iter([phase]), h0="1.3342", J1_0="1e-8", n_symbols=1, report=lines.append)

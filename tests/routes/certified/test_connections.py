@@ -19,7 +19,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified import connections, sections
 from rigidpend.routes.certified.pieces import StartLine
-from scripts import check_full_shift as script
+from scripts import check_connections, check_sections
 from scripts.check_certificate import Interval
 from tests.routes.certified import offered
 from tests.routes.certified.offered import GIVEN, WIDE, Stored, agree, problem, same_limit, whole
@@ -49,19 +49,21 @@ def test_C8_how_far_from_the_separatrix_sets_may_lie(stored: Stored) -> None:
     same_limit("C8: orbits beside", 1e-3, 1.0, lambda d: of_middle(stored.numbers, problem(), d))
 
 
-def of_body(A: Any, r: Any, weight: float) -> tuple[sections.Numbers, script.Problem]:
+def of_body(A: Any, r: Any, weight: float) -> tuple[sections.Numbers, check_sections.Problem]:
     """The numbers of a body for both."""
     mu = Fraction(weight).limit_denominator(10**9)
     given = {"A": A, "r": r, "mu": f"{mu.numerator}/{mu.denominator}", "h": GIVEN["h"]}
     body = Body(A=A, r=r, mu=given["mu"])
-    return sections.Numbers.of(body, exact(GIVEN["h"])), script.problem_of(given)
+    return sections.Numbers.of(body, exact(GIVEN["h"])), check_sections.problem_of(given)
 
 
-def of_middle(numbers: sections.Numbers, p: script.Problem, d: float) -> list[Callable[[], Any]]:
+def of_middle(
+    numbers: sections.Numbers, p: check_sections.Problem, d: float
+) -> list[Callable[[], Any]]:
     """C8 by both, of orbits as far as d from the separatrix."""
     return [
         lambda: connections.check_middle(numbers, arb(d)),
-        lambda: script.check_middle(p, Fraction(d)),
+        lambda: check_connections.check_middle(p, Fraction(d)),
     ]
 
 
@@ -75,7 +77,7 @@ def middles(numbers: sections.Numbers, **changed: float) -> tuple[Any, Any]:
     """Those of Fig. 4's body, some of them changed, for both."""
     mine = connections.check_middle(numbers, arb(1e-3))
     balls: Any = {name: arb(x) for name, x in changed.items()}
-    theirs = script.check_middle(problem(), Fraction(1, 1000))
+    theirs = check_connections.check_middle(problem(), Fraction(1, 1000))
     kept = dict(zip(FIELDS, theirs._fields, strict=True))
     exactly: Any = {kept[name]: Interval.of(Fraction(x)) for name, x in changed.items()}
     return mine._replace(**balls), theirs._replace(**exactly)
@@ -86,7 +88,7 @@ def test_both_have_the_same_numbers_of_C8(A: Any, r: Any) -> None:
     """Of Fig. 4's body k and K are the same, of the other one they are not."""
     numbers, p = of_body(A, r, 5e-4)
     mine = connections.check_middle(numbers, arb(1e-3))
-    theirs = script.check_middle(p, Fraction(1, 1000))
+    theirs = check_connections.check_middle(p, Fraction(1, 1000))
     for name, x in zip(FIELDS, theirs, strict=True):
         found = float(Interval.of(x).above)
         assert found == pytest.approx(float(getattr(mine, name)), rel=1e-12), name
@@ -96,7 +98,7 @@ def test_both_have_the_same_numbers_of_C8(A: Any, r: Any) -> None:
 def of_graph(stored: Stored, **numbers: float) -> list[Callable[[], Any]]:
     """C9 of the graph over gamma3 by both, some numbers of C8 changed."""
     mine, theirs = middles(stored.numbers, **numbers)
-    return [mine.check_graph, lambda: script.check_graph(problem(), theirs)]
+    return [mine.check_graph, lambda: check_connections.check_graph(problem(), theirs)]
 
 
 OFF = ("off", "off_u", "off_v")
@@ -116,8 +118,12 @@ def of_strip(
             connections.check_strip(stored.numbers, mine, line, piece)
 
     def by_script() -> None:
-        with patch.object(script, "line_beginning", lambda *_: list(map(Fraction, bounds))):
-            script.check_strip(problem(), theirs, script.Line(*line), offered.step(piece))
+        with patch.object(
+            check_connections, "line_beginning", lambda *_: list(map(Fraction, bounds))
+        ):
+            check_connections.check_strip(
+                problem(), theirs, check_sections.Line(*line), offered.step(piece)
+            )
 
     return [by_package, by_script]
 
@@ -171,7 +177,7 @@ def test_C9_slopes_are_less_than_1_where_M3_is_large_enough(stored: Stored, asid
         exactly = [Interval.of(Fraction(x)) for x in (upright, aside)]
         return [
             lambda: mine.slant(arb(upright), arb(aside)),
-            lambda: script.slant(problem(), *exactly)[0].above,
+            lambda: check_connections.slant(problem(), *exactly)[0].above,
         ]
 
     limit = same_limit("C9", 10.0, 0.1, both)
@@ -236,7 +242,7 @@ def test_C9_images_cross_at_an_angle(changed: dict[str, Any], words: str) -> Non
     agree(
         words,
         lambda: connections.check_crossings(*own),
-        lambda: script.check_crossings(theirs[0], Fraction(reach), exactly, theirs[1:]),
+        lambda: check_connections.check_crossings(theirs[0], Fraction(reach), exactly, theirs[1:]),
     )
 
 

@@ -21,23 +21,30 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.pieces import made
+from rigidpend.routes.certified.pieces import quad_from
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.runs import certificates
-from scripts import check_full_shift as script
+from scripts import (
+    check_connections,
+    check_coverings,
+    check_full_shift,
+    check_passages,
+    check_sections,
+    check_series,
+)
 from scripts.check_certificate import Fails, Interval
 from tests.config.samples import content as typed
 from tests.routes.certified import offered
 from tests.routes.certified.offered import BARELY, BITS, CONFIG, Stored, agree, quad_of, said, step
 
 ALONE, WIDEST = 2.0**-5, 2.0**-12
-AT_ORBITS = Fraction(1), "C3", script.WIDEST
+AT_ORBITS = Fraction(1), "C3", check_passages.WIDEST
 
 
 # ---- C6
 
 
-STRAIGHT = made(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
+STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
 """A straight set, which moves with the energy."""
 
 
@@ -61,7 +68,9 @@ def test_C6_images_lie_across_a_set(ends: float, across: float, sheet: float, re
     agree(
         reason,
         lambda: coverings.relation(source, STRAIGHT, begin, 0),
-        lambda: script.check_relation(other, quad_of(STRAIGHT), list(map(offered.interval, begin))),
+        lambda: check_coverings.check_relation(
+            other, quad_of(STRAIGHT), list(map(offered.interval, begin))
+        ),
     )
     if not reason:
         found = coverings.relation(source, STRAIGHT, begin, 0)
@@ -99,7 +108,9 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     U: Any, V: Any, w_u: float, reason: str, curve: tuple[float, ...]
 ) -> None:
     """U = U_u u + U_v v + U_w w and V alike, of a set that moves; w may change with u."""
-    quad = made(True, (2.0**-10, 2.0**-9, 0.0, -0.5), curve)._replace(moves=((Fraction(1, 4),),))
+    quad = quad_from(True, (2.0**-10, 2.0**-9, 0.0, -0.5), curve)._replace(
+        moves=((Fraction(1, 4),),)
+    )
     a, b, _, l1 = (float(x) for x in quad[1:5])
     of_d, level = [a * x for x in U], (w_u, 0.0, 1.0)
     of_g = [(a * x - b * y) / l1 for x, y in zip(U, V, strict=True)]
@@ -119,14 +130,14 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     assert squeeze == pytest.approx(abs(V[0]) + abs(V[1]) + V[2] / 64, abs=1e-9)
     off_, up_, w_ = (offered.series(row, BITS) for row in rows)
     at_ = quad_of(quad).curve(up_, w_) + off_
-    along = [tuple(each.partial(i) for each in (at_, up_, w_)) for i in script.ALONG]
-    other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
+    along = [tuple(each.partial(i) for each in (at_, up_, w_)) for i in check_series.ALONG]
+    other = check_passages.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
     one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
     held = one._replace(stretch=2.0, squeeze=0.5)
     agree(
         reason,
         lambda: coverings.prove_cones([held, one, held]),
-        lambda: script.check_cone(other, quad_of(quad)),
+        lambda: check_coverings.check_cone(other, quad_of(quad)),
     )
 
 
@@ -134,7 +145,7 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
 def followed(stored: Stored, monkeypatch: pytest.MonkeyPatch) -> None:
     """The orbits of the stored sets and line are followed once, for all tests."""
     monkeypatch.setattr(coverings, "arrival", stored.followed(stored.arrivals))
-    monkeypatch.setattr(script, "arrival", stored.followed(stored.theirs))
+    monkeypatch.setattr(check_coverings, "arrival", stored.followed(stored.theirs))
 
 
 @pytest.mark.slow
@@ -144,13 +155,18 @@ def test_cones_and_the_middle_are_asked_of_all(
     """Of eight relations of the sets and two of the line, and of the largest |d|, by both."""
     cones, other_cones, middle = Mock(side_effect=Undecided("C7")), Mock(), Mock()
     monkeypatch.setattr(coverings, "prove_cones", cones)
-    monkeypatch.setattr(script, "check_cone", other_cones)
-    for module, transversal in ((connections, "prove_transversal"), (script, "check_transversal")):
+    monkeypatch.setattr(check_coverings, "check_cone", other_cones)
+    for module, transversal in (
+        (connections, "prove_transversal"),
+        (check_coverings, "check_transversal"),
+    ):
         monkeypatch.setattr(module, "check_middle", middle)
         monkeypatch.setattr(module, transversal, lambda *_: None)
     found = full_shift.checked(typed(Config, CONFIG, []), stored.data)
-    given = script.read(offered.STORED)
-    script.prove(offered.GIVEN, given.quads, script.Line(offered.J1, *given.line), given.orbits)
+    given = check_full_shift.read(offered.STORED)
+    check_coverings.prove(
+        offered.GIVEN, given.quads, check_sections.Line(offered.J1, *given.line), given.orbits
+    )
     # What else Theorem 8 needs is named in its place.
     assert found.doubts == ("C7", "", "C7")
     [relations] = cones.call_args.args
@@ -170,8 +186,8 @@ def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None
     assert (u * u * rough).partial("u").error == 2 * (u * u * rough).error > 0
     with pytest.raises(ValueError, match="only values are bounded"):
         (u + u.widened(arb(2.0**-50)) * rough).partial("u")
-    other = script.Series.made({(0, 1, 0): 1}, 0)
-    thin = script.Series.of(Interval(0, 1))
+    other = check_series.Series.made({(0, 1, 0): 1}, 0)
+    thin = check_series.Series.of(Interval(0, 1))
     assert (other * other * thin).partial(1).error == 2 * (other * other * thin).error > 0
     with pytest.raises(Fails, match="only values are bounded"):
         (other + other.wider(Fraction(1, 2)) * thin).partial(1)
@@ -194,8 +210,8 @@ def test_sections_have_both_symbols(
     some = [stored.quads[k] for k in kept]
     mine = said(coverings.prove, stored.numbers, some, [stored.orbits[k] for k in kept])
     steps = [list(map(step, stored.orbits[k][:1])) for k in (*kept, 4)]
-    line = script.Line(*stored.line)
-    theirs = said(script.prove, offered.GIVEN, list(map(quad_of, some)), line, steps)
+    line = check_sections.Line(*stored.line)
+    theirs = said(check_coverings.prove, offered.GIVEN, list(map(quad_of, some)), line, steps)
     assert reason in mine.replace("same ", "")
     assert reason in theirs
 
@@ -209,7 +225,7 @@ def test_sets_of_a_symbol_are_apart(stored: Stored, factor: float, reason: str, 
     agree(
         reason,
         lambda: coverings.check_apart(one, other, "they"),
-        lambda: script.check_apart(quad_of(one), quad_of(other)),
+        lambda: check_coverings.check_apart(quad_of(one), quad_of(other)),
     )
 
 
@@ -232,8 +248,10 @@ def test_a_line_comes_to_the_sets_by_those_between(stored: Stored, followed: Non
         other = [*links[:at], (far, links[at][1]), *links[at + 1 :]]
         of = stored.numbers, other, stored.quads, stored.arrivals
         assert said(coverings.prove_line, *of).startswith(f"{name}: C6: ")
-        of_script = list(map(quad_of, stored.quads)), script.Line(*stored.line), steps
-        theirs = said(script.prove, offered.GIVEN, *of_script, [quad_of(x) for x, _ in other[1:]])
+        of_script = list(map(quad_of, stored.quads)), check_sections.Line(*stored.line), steps
+        theirs = said(
+            check_coverings.prove, offered.GIVEN, *of_script, [quad_of(x) for x, _ in other[1:]]
+        )
         assert theirs.startswith(f"set {'line' if at == 1 else '1 of the approach'}: C6: ")
 
 
@@ -243,11 +261,11 @@ def test_nothing_is_said_of_crossing_surfaces_behind_an_approach(
 ) -> None:
     """Even if all that is asked of the strip's image held for that of the approach's last set."""
     for name in ("check_strip", "check_graph", "check_crossings"):
-        monkeypatch.setattr(script, name, Mock())
-    found = script.read(offered.STORED)
-    of = offered.GIVEN, found.quads, script.Line(offered.J1, *found.line)
-    assert script.prove(*of, found.orbits).doubts[2] == ""
-    beyond = script.prove(*of, [*found.orbits, found.orbits[0]], found.quads[:1])
+        monkeypatch.setattr(check_connections, name, Mock())
+    found = check_full_shift.read(offered.STORED)
+    of = offered.GIVEN, found.quads, check_sections.Line(offered.J1, *found.line)
+    assert check_coverings.prove(*of, found.orbits).doubts[2] == ""
+    beyond = check_coverings.prove(*of, [*found.orbits, found.orbits[0]], found.quads[:1])
     assert beyond.doubts == ["", "", "C9: the starts come to the sets by an approach"]
 
 
@@ -256,7 +274,7 @@ def test_nothing_is_said_of_crossing_surfaces_behind_an_approach(
     [("a 0^8 1^9 1^15", "011"), ("0110", "0110"), ("b (0^11)*3 (1^11)*2 0^9", "000110")],
 )
 def test_the_second_checker_reads_the_symbols_of_an_address(address: str, word: str) -> None:
-    assert script.word_of(address) == word == "".join(map(str, parsed(address).symbols))
+    assert check_full_shift.word_of(address) == word == "".join(map(str, parsed(address).symbols))
 
 
 @pytest.mark.slow
@@ -280,12 +298,14 @@ def test_the_stored_proof_holds_in_both_checkers(
     assert [each.partition(": ")[0] for each in told] == ["proven"] * 5
 
     def by_script(config: Path) -> tuple[int, str]:
-        return script.main([str(offered.STORED), "--config", str(config)]), capsys.readouterr().out
+        return check_full_shift.main(
+            [str(offered.STORED), "--config", str(config)]
+        ), capsys.readouterr().out
 
     capsys.readouterr()
     code, text = by_script(CONFIG)
     assert code == 0
-    assert all(theorem in text for theorem in script.FURTHER)
+    assert all(theorem in text for theorem in check_full_shift.FURTHER)
     assert "A = 2, 1, 3/2; r = 1, 1, 0; mu = 1/1000; h = 6671/5000:" in text
     # The times of docs/full-shift.md are proven by both, and are as wide as these are.
     assert "23.9501 to 23.9902 t'" in text
@@ -293,8 +313,8 @@ def test_the_stored_proof_holds_in_both_checkers(
     other.write_text(CONFIG.read_text("utf-8").replace("1.3342", "1.3343"), "utf-8")
     assert by_script(other)[0] == 1
     # Theorems 1 and 2 need neither cones nor what orbits do in the middle.
-    monkeypatch.setattr(script, "check_cone", Mock(side_effect=Fails("C7: not shown")))
-    monkeypatch.setattr(script, "check_middle", Mock(side_effect=Fails("C8: not shown")))
+    monkeypatch.setattr(check_coverings, "check_cone", Mock(side_effect=Fails("C7: not shown")))
+    monkeypatch.setattr(check_coverings, "check_middle", Mock(side_effect=Fails("C8: not shown")))
     code, text = by_script(CONFIG)
     doubts = "set 0: C7: not shown", "C8: not shown", "set 0: C7: not shown"
     assert text.endswith("".join(f"; undecided: {doubt}" for doubt in doubts) + "\n")
@@ -312,13 +332,13 @@ def test_C9_is_asked_of_all_of_a_proof(stored: Stored, monkeypatch: pytest.Monke
     *arrivals, start = stored.arrivals
     *theirs, image = stored.theirs
     p, of_line = offered.problem(), (stored.line, stored.orbits[4], start)
-    again = script.Line(*stored.line), step(stored.orbits[4][0]), image
+    again = check_sections.Line(*stored.line), step(stored.orbits[4][0]), image
     asked = Mock()
     with monkeypatch.context() as patch:
         patch.setattr(connections, "check_crossings", asked)
-        patch.setattr(script, "check_crossings", asked)
+        patch.setattr(check_connections, "check_crossings", asked)
         connections.prove_transversal(numbers, of_line, quads, arrivals)
-        script.check_transversal(p, again, list(map(quad_of, quads)), theirs)
+        check_connections.check_transversal(p, again, list(map(quad_of, quads)), theirs)
     mine, other = (call.args for call in asked.mock_calls)
     for (strip, _, __, images), (*own, last) in ((mine, stored.arrivals), (other, stored.theirs)):
         assert strip is last
@@ -337,7 +357,7 @@ def test_C9_is_asked_of_all_of_a_proof(stored: Stored, monkeypatch: pytest.Monke
     agree(
         "several energies",
         lambda: connections.prove_transversal(held, of_line, quads, arrivals),
-        lambda: script.check_transversal(p._replace(h0=p.h), again, [], []),
+        lambda: check_connections.check_transversal(p._replace(h0=p.h), again, [], []),
     )
     # C8 of the strip's image too.
     far = start._replace(d=start.d.widened(arb(0.2)))

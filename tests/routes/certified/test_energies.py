@@ -40,7 +40,7 @@ from rigidpend.routes.certified.pieces import (
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
 from rigidpend.routes.symbolic.levels import onward
-from scripts import check_full_shift as script
+from scripts import check_full_shift, check_sections, check_series
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
@@ -95,8 +95,8 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     # Of sets so high that the image does not reach from end to end.
     targets += [(quad._replace(a=1000 * quad.a), first) for quad, first in targets]
     numbers = sections.Numbers.of(BODY, setting.h).without_derivatives
-    assert isinstance(link.of, Quad)
-    image = passages.arrival(numbers, link.of, link.pieces())
+    assert isinstance(link.start, Quad)
+    image = passages.arrival(numbers, link.start, link.pieces())
     begun = [sections.beginning(numbers, *each)[0] for each in targets]
     each = zip(targets, begun, strict=True)
     reasons = [said(coverings.relation, image, quad, there, 0)[:2] for (quad, _), there in each]
@@ -115,7 +115,7 @@ def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface(
     line, first, second = chains.links(setting, J1, orbit)
     assert sum(line.theta2) / 2 == pytest.approx(theta2, rel=1e-15)
     away = 1 / abs(float(setting.level.exponent[0, 0]) * passed[0].slopes[1, 0, 0])
-    sets = [link.of for link in (first, second) if isinstance(link.of, Quad)]
+    sets = [link.start for link in (first, second) if isinstance(link.start, Quad)]
     assert float(sets[0].a) / away == pytest.approx(1 / 2000)
     # Each is as wide as it is long, at least, and holds the image of the one before.
     assert sets[1].b >= sets[1].a
@@ -191,7 +191,7 @@ def test_longer_passages_ask_for_more_bits(monkeypatch: pytest.MonkeyPatch) -> N
     """They are nearer to a surface by exp(2 pi Lambda) for two more, here of Lambda = 1/sqrt(8)."""
     monkeypatch.setattr(horseshoe, "quads", lambda _: [SimpleNamespace(b=x) for x in (2e-7, 1e-7)])
     of = [horseshoe.ShiftProblem(BODY, H0, 14, lengths=n) for n in (1, 2, 3)]
-    own = horseshoe.SPARE - 2 * math.log2(1e-7 / of[0].width)
+    own = horseshoe.SPARE_BITS - 2 * math.log2(1e-7 / of[0].width)
     nearer = 2 * math.pi / math.sqrt(8) / math.log(2)
     for k, setting in enumerate(of):
         [found] = horseshoe.trials(setting, 14)
@@ -205,7 +205,7 @@ def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int
     energy = h + sign * Fraction(by) * spread
     mine = sections.Numbers.of(BODY, exact(GIVEN["h"]), spread).energies.range
     assert mine.contains(arb(energy.numerator) / energy.denominator) is inside
-    theirs = script.problem_of({**GIVEN, "spread": spread}).energies.ball()
+    theirs = check_sections.problem_of({**GIVEN, "spread": spread}).energies.ball()
     assert (theirs.low <= Interval.of(energy).low <= theirs.high) is inside
 
 
@@ -244,9 +244,9 @@ def test_a_proof_is_of_the_energies_of_its_config(
     given["h0" if changes == OWN else "h"] = GIVEN["h"]
     given["around"] = "1e-6" if len(changes) == 1 else "0"
     config = {"experiment": "full_shift", "problem": given}
-    read = script.Read(config, [], [], [], [], Fraction(shift), spread)
+    read = check_full_shift.Read(config, [], [], [], [], Fraction(shift), spread)
     with pytest.raises(Refused, match="energies") if reason else nullcontext():
-        assert script.energies_of(read)["spread"] == spread
+        assert check_full_shift.energies_of(read)["spread"] == spread
 
 
 @pytest.mark.parametrize("theta2", [0.0, 0.7, 2.5, 3.5, 6.0])
@@ -263,9 +263,9 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     first, *_ = family_orbits.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
     numbers = sections.Numbers.of(body, setting.h, spread, H0)
     del given["h"]
-    problem = script.problem_of({**given, "shift": shift, "spread": spread})
-    theirs = script.phases(problem, script.Line(*line[:5]), offered.step(first))
-    bounds = Fraction(theirs.low, 1 << script.DIGITS), theirs.above
+    problem = check_sections.problem_of({**given, "shift": shift, "spread": spread})
+    theirs = check_sections.phases(problem, check_sections.Line(*line[:5]), offered.step(first))
+    bounds = Fraction(theirs.low, 1 << check_series.DIGITS), theirs.above
     for low, high in (sections.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
         assert 2e-6 - 1e-12 < high - low < 2e-5
@@ -290,5 +290,5 @@ def test_phases_are_rounded_outward_in_words() -> None:
             said = sections.words_on_phases(low, low).split()
             assert Fraction(said[2]) <= Fraction(low) <= Fraction(said[4])
             assert Fraction(said[4]) - Fraction(said[2]) <= Fraction(1, 10**9)
-            again = script.words_on_phases(Interval.of(Fraction(low))).split()
+            again = check_sections.words_on_phases(Interval.of(Fraction(low))).split()
             assert again[1::2] == said[2::2]

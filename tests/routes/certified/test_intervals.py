@@ -25,11 +25,11 @@ from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.horseshoe import ShiftProblem
-from rigidpend.routes.certified.interval_search import ProvenInterval, within
+from rigidpend.routes.certified.interval_search import ProvenInterval, proven_intervals
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
-from scripts import check_full_shift
 from scripts import check_intervals as script
+from scripts import check_pieces, check_sections
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
@@ -58,14 +58,14 @@ ONE, TWO = (SETTING, J1, 1, 4), (SETTING, J1, 2, 6)
 @pytest.fixture(scope="module")
 def one() -> ProvenInterval:
     """One symbol of the starts from 0 to pi/8."""
-    [found] = within(PhaseInterval(0, 4), *ONE)
+    [found] = proven_intervals(PhaseInterval(0, 4), *ONE)
     return found
 
 
 @pytest.fixture(scope="module")
 def two() -> list[ProvenInterval]:
     """Two symbols, and one beside a place where the first one changes."""
-    return [x for k in (1, 8) for x in within(PhaseInterval(k, 5), *TWO)]
+    return [x for k in (1, 8) for x in proven_intervals(PhaseInterval(k, 5), *TWO)]
 
 
 @pytest.mark.parametrize(
@@ -119,25 +119,25 @@ def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[ProvenInt
     assert {len(each.symbols) for each in proven} == {1, 2}
     with lot.drawn("interval") as chance:
         for each in proven:
-            low, high = each.of.ends
+            low, high = each.interval.ends
             # The ends too.
             shares = [low, high, *(low + (high - low) * Fraction(chance.random()) for _ in "1234")]
             phases = [exact(f"2*pi*{x.numerator}/{x.denominator}") for x in shares]
             asked: Any = {"n_symbols": len(each.symbols), "precisions": (113,)}
             codes = route_codes(BODY, phases, h0="1.3342", J1_0="1e-8", **asked).codes
-            assert (codes == np.array(each.symbols)[:, None]).all(), each.of
+            assert (codes == np.array(each.symbols)[:, None]).all(), each.interval
 
 
 @pytest.mark.slow
 def test_an_interval_with_a_change_is_halved_and_never_proven(two: list[ProvenInterval]) -> None:
-    found = [(each.of.place, each.of.depth, each.symbols) for each in two]
+    found = [(each.interval.place, each.interval.depth, each.symbols) for each in two]
     assert found == [(1, 5, [False, True]), (16, 6, []), (17, 6, [True])]
 
 
 @pytest.mark.parametrize(("share", "bits"), [(1, 160), (1 / 16, 160), (2.0**-20, 160), (1 / 6, 8)])
 def test_cosine_and_sine_hold_those_of_the_end(share: float, bits: int, monkeypatch: Any) -> None:
     """In 8 bits the series ends where a term in 160 bits shows what is left."""
-    monkeypatch.setattr(intervals, "BITS", bits)
+    monkeypatch.setattr(intervals, "INPUT_BITS", bits)
     with ctx.workprec(160):
         angle = arb.pi() * share
         whole = zip(intervals.turned(angle), (angle.cos(), angle.sin()), strict=True)
@@ -257,7 +257,7 @@ def test_arrays_that_say_more_than_they_prove_are_refused(
 
 def test_a_body_of_two_moments_is_refused() -> None:
     with pytest.raises(Refused, match="A or r is not three numbers"):
-        check_full_shift.problem_of({**GIVEN, "A": GIVEN["A"][:2]})
+        check_sections.problem_of({**GIVEN, "A": GIVEN["A"][:2]})
 
 
 @pytest.mark.slow
@@ -281,7 +281,7 @@ def test_each_interval_is_asked_and_the_page_tells_shares(monkeypatch: pytest.Mo
     for call, k in zip(every.mock_calls, proven, strict=True):
         _, *of, symbols, proof = call.args[0]
         assert (of, symbols) == ([place[k], depth[k]], [x for x in codes[:, k] if x != 255])
-        assert len(check_full_shift.steps_of_sets(proof, 1)[0]) == len(steps[k])
+        assert len(check_pieces.steps_of_sets(proof, 1)[0]) == len(steps[k])
     monkeypatch.setattr(script, "each", lambda *_: itertools.repeat({}))
     monkeypatch.setattr(script, "checked", lambda part: "H3" if part[1] == place[-1] else "")
     with pytest.raises(Fails, match=f"the interval {place[-1]}/2\\^{depth[-1]}: H3"):

@@ -117,8 +117,8 @@ def test_bounds_hold_between_ends_of_parts(series: list[int], offset: int, parts
         for t in range(9):
             x = Fraction(2 * k - parts, parts) + Fraction(2 * t, 8 * parts)
             true = value(Model.of_series(series, UNIT), x) * 2 ** (VALUE_BITS - UNIT)
-            assert found.least(k) <= abs(true) <= found.most(k)
-    assert (min(map(found.least, range(parts))) > 0) == (offset > 0)
+            assert found.lower(k) <= abs(true) <= found.upper(k)
+    assert (min(map(found.lower, range(parts))) > 0) == (offset > 0)
 
 
 def test_a_rule_is_exact_for_polynomials() -> None:

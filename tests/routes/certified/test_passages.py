@@ -24,7 +24,7 @@ from rigidpend.routes.certified.family_orbits import LineStarts, line_pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
-from scripts import check_full_shift as script
+from scripts import check_full_shift, check_passages, check_sections
 from scripts.check_certificate import Fails, Interval
 from tests.attacks import lot
 from tests.routes.certified import offered
@@ -69,11 +69,13 @@ def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
     """The page has what both checkers prove."""
     line, first = stored.line, stored.orbits[4][0]
-    ends = script.phases(problem(), script.Line(*line), step(first))
+    ends = check_sections.phases(problem(), check_sections.Line(*line), step(first))
     low, high = (Fraction(x, 1 << Interval.digits) for x in (ends.low, ends.high))
     mine = sections.phases(stored.numbers, line, [first])
     assert low < mine[0] < 1.5625 < mine[1] < high
-    page = (Path(script.__file__).parents[1] / "docs" / "full-shift.md").read_text(encoding="utf-8")
+    page = (Path(check_full_shift.__file__).parents[1] / "docs" / "full-shift.md").read_text(
+        encoding="utf-8"
+    )
     told = f"between {math.floor(low * 10**5) / 1e5} and {math.ceil(high * 10**5) / 1e5} whose"
     assert told in page
 
@@ -124,13 +126,16 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
     """
     small = offered.moved(by_lot(1e-6, 0, 0, 1.2, 0, 0, 0), 2, (0, 1, 0, 0), 0.1)
     for piece in (by_lot(0.1, 0.3, 0.2, 1.2, 0.5, 0.4, 0.3), small):
-        states, half = [Family.of(x, BITS) for x in piece.terms], Family.of(piece.half, CLOCK)
+        states, half = (
+            [Family.of(x, BITS) for x in piece.terms],
+            Family.of(piece.half_length, CLOCK),
+        )
         mine = passages.defects(stored.numbers, states, half)
-        theirs = script.defects(problem(), step(piece))
+        theirs = check_passages.defects(problem(), step(piece))
         assert [float(x) for x in mine] == pytest.approx(list(map(float, theirs)), rel=1e-6)
     begin = [1e-6, 2e-6, 3e-6, 4e-6]
     [(*_, found)] = passages.followed(stored.numbers, [small], list(map(arb, begin)))
-    others = script.carried(problem(), step(small), list(map(Fraction, begin)), theirs)
+    others = check_passages.carried(problem(), step(small), list(map(Fraction, begin)), theirs)
     assert [float(x) for x in found] == pytest.approx(list(map(float, others)), rel=1e-4)
 
 
@@ -138,7 +143,9 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
 def test_C2_a_step_goes_forward(stored: Stored, share: float, reason: str) -> None:
     """What is allowed is that of another orbit, and so the tube fails next."""
     piece = stored.orbits[0][0]
-    bent = piece._replace(half={**piece.half, (0, 1, 0): int(share * piece.half[0, 0, 0])})
+    bent = piece._replace(
+        half_length={**piece.half_length, (0, 1, 0): int(share * piece.half_length[0, 0, 0])}
+    )
     offered.agree(reason, *stored.of(stored.quads[0], [bent]))
 
 
@@ -148,8 +155,8 @@ def tubes(stored: Stored, M3: float, begin: float, bits: int) -> list[Callable[[
     half: dict[Any, int] = {(0, 0, 0): 3 * 2**CLOCK}
     piece = FamilyStep(bits, half, [CALM, CALM, steep, CALM, CALM, CALM])
     of = Family.of(steep, bits), Family.of(half, CLOCK), arb(begin), stored.numbers.growth
-    theirs = problem(), step(piece), Fraction(begin), Fraction(1), "C3", script.WIDEST
-    return [lambda: passages.tube(*of, "C"), lambda: script.tube(*theirs)]
+    theirs = problem(), step(piece), Fraction(begin), Fraction(1), "C3", check_passages.WIDEST
+    return [lambda: passages.tube(*of, "C"), lambda: check_passages.tube(*theirs)]
 
 
 def test_C3_the_widest_tube(stored: Stored) -> None:
@@ -182,7 +189,7 @@ def test_C4_the_sign_of_M3_beside_its_bound(stored: Stored) -> None:
         states = [Family.of(each, BITS) for each in terms]
         return [
             lambda: list(passages.signs_on_parts(stored.numbers, states, arb(bound), "C4", [1])),
-            lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)),
+            lambda: list(check_passages.signs(problem(), step(piece), Fraction(bound), 1)),
         ]
 
     same_limit("C4", 10 * bound, bound / 10, both)
@@ -209,10 +216,10 @@ def test_C4_M3_leaves_zero_and_returns_once(
     assert (offered.said(passages.check_signs, signs, order) == "") is good
     others = {"line_beginning": [], "beginning": ([], []), "carried": [Fraction(0)], "defects": []}
     for name, found in {**others, "signs": signs}.items():
-        monkeypatch.setattr(script, name, Mock(return_value=found))
-    monkeypatch.setattr(script, "crossing", Mock(side_effect=Fails("C5")))
-    of = offered.quad_of(stored.quads[0]) if order is LEAVES else script.Line(*stored.line)
-    said = offered.said(script.arrival, problem(), of, [step(stored.orbits[0][0])])
+        monkeypatch.setattr(check_passages, name, Mock(return_value=found))
+    monkeypatch.setattr(check_passages, "crossing", Mock(side_effect=Fails("C5")))
+    of = offered.quad_of(stored.quads[0]) if order is LEAVES else check_sections.Line(*stored.line)
+    said = offered.said(check_passages.arrival, problem(), of, [step(stored.orbits[0][0])])
     assert said[:2] == ("C5" if good else "C4")
 
 
@@ -228,7 +235,7 @@ def crossing(
     own: Any = stored.numbers, states, balls, side, [], arb(0)
     return [
         lambda: passages.crossing(*own),
-        lambda: script.crossing(problem(), theirs, exactly, side, []),
+        lambda: check_passages.crossing(problem(), theirs, exactly, side),
     ]
 
 
@@ -286,14 +293,14 @@ def test_C6_energies_along_a_line_are_the_same_for_both() -> None:
         wide, piece = Fraction(spread), by_lot(0.01, 0, 0, 0, 0.5, 0.4, 0.3)
         numbers = sections.Numbers.of(offered.BODY, offered.H0, wide, offered.H0)
         given = {name: x for name, x in offered.GIVEN.items() if name != "h"} | {"h0": "1.3342"}
-        p, held = script.problem_of(given | {"spread": wide}), numbers.h0
+        p, held = check_sections.problem_of(given | {"spread": wide}), numbers.h0
         assert held is not None
         assert p.h0 is not None
         own, other = (held, piece), (p.h0, step(piece))
         bounds = [1e-3, 2e-3, 3e-3, 4e-3]
         return [
             lambda: passages.energies_along(numbers, *own, list(map(arb, bounds))),
-            lambda: script.energies_along(p, *other, list(map(Fraction, bounds))),
+            lambda: check_passages.energies_along(p, *other, list(map(Fraction, bounds))),
         ]
 
     limit = same_limit("C6", 1.0, 1e-6, both)

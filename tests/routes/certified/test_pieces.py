@@ -18,7 +18,7 @@ from rigidpend.routes.certified.pieces import (
     unpacked_energies,
     unpacked_quads,
 )
-from scripts import check_full_shift as script
+from scripts import check_full_shift, check_pieces
 from scripts.check_certificate import Refused
 from tests.routes.certified.offered import STORED, Stored, series
 
@@ -26,7 +26,7 @@ from tests.routes.certified.offered import STORED, Stored, series
 def finer(piece: FamilyStep, by: int = 30) -> FamilyStep:
     """The same step in units that many bits finer, and half a unit of old off in each term."""
     terms = [{at: (w << by) + (1 << by - 1) for at, w in each.items()} for each in piece.terms]
-    return FamilyStep(piece.bits + by, piece.half, terms)
+    return FamilyStep(piece.bits + by, piece.half_length, terms)
 
 
 def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> None:
@@ -36,10 +36,10 @@ def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> No
     steps[1] = [*stored.orbits[1][:3], FamilyStep(60, {(0, 0, 0): 1}, [highest] * 6)]
     again = packed(steps)
     assert set(again["family"]) > {0, 1, 5}
-    found, theirs = unpacked(again, 5), script.steps_of_sets(again, 5)
+    found, theirs = unpacked(again, 5), check_pieces.steps_of_sets(again, 5)
     for mine, others, wanted in zip(found, theirs, steps, strict=True):
         for one, other, piece in zip(mine, others, wanted, strict=True):
-            half = {at: w for at, w in piece.half.items() if w}
+            half = {at: w for at, w in piece.half_length.items() if w}
             assert one == (piece.bits, half, list(piece.terms))
             for k, terms in enumerate(piece.terms):
                 assert (other.states[k] - series(terms, piece.bits)).most == 0
@@ -78,7 +78,7 @@ def test_arrays_that_are_no_steps_are_refused(
         unpacked(again, 1)
     if told:
         with pytest.raises(Refused, match=told):
-            script.steps_of_sets(again, 1)
+            check_pieces.steps_of_sets(again, 1)
 
 
 def test_what_is_no_set_is_refused(stored: Stored) -> None:
@@ -136,5 +136,5 @@ def test_a_file_that_is_no_proof_is_refused_at_once(
     path.write_bytes(STORED.read_bytes())
     with h5py.File(path, "r+") as file:
         change(file)
-    assert script.main([str(path)]) == 1
+    assert check_full_shift.main([str(path)]) == 1
     assert said in capsys.readouterr().err

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from flint import arb, ctx
 
-from scripts import check_certificate, check_full_shift
+from scripts import check_certificate, check_series
 from scripts.check_certificate import FUNCTIONS, Interval, Refused
 
 EXACT = 500
@@ -125,7 +125,7 @@ def test_bounds_on_sizes_and_neighbourhoods_contain_all_numbers() -> None:
         for a, b in zip(drawn("c", -9, 9), drawn("d", -9, 9), strict=True):
             both = ends(a), ends(b)
             largest = [max(map(abs, x)) for x in both]
-            assert check_full_shift.size(a) == largest[0]
+            assert check_series.size(a) == largest[0]
             assert (
                 true(check_certificate.hypotenuse(a, b).above)
                 >= true(largest[0] ** 2 + largest[1] ** 2).sqrt()
@@ -136,8 +136,8 @@ def test_bounds_on_sizes_and_neighbourhoods_contain_all_numbers() -> None:
             )
             centre, radius = largest
             low, high = both[0]
-            assert ends(check_full_shift.around(centre, radius)) == (
+            assert ends(check_series.around(centre, radius)) == (
                 centre - radius,
                 centre + radius,
             )
-            assert ends(check_full_shift.around_all(a, radius)) == (low - radius, high + radius)
+            assert ends(check_series.around(a, radius)) == (low - radius, high + radius)

@@ -15,9 +15,9 @@ from rigidpend.routes.symbolic.asymptotic import (
     skeleton,
 )
 from rigidpend.routes.symbolic.chain import Chain, System, on_surface, signs_of
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch
-from rigidpend.routes.symbolic.shortest import path
+from rigidpend.routes.symbolic.shortest import chain_through
 from tests.bodies import FIG4
 
 BODY = FIG4
@@ -26,9 +26,9 @@ HALF_TURNS = 10
 
 
 @functools.cache
-def level() -> Level:
+def level() -> ChainLevel:
     """The return map at their energy."""
-    return Level.of(BODY, H)
+    return ChainLevel.of(BODY, H)
 
 
 @functools.cache
@@ -52,4 +52,4 @@ def launch() -> Launch:
 def chain_of(symbols: Any) -> Chain:
     """A chain from the unstable surface on, 11 half rotations a passage."""
     system = System(level(), on_surface, signs_of(np.array(symbols)))
-    return path(system, 11 * np.arange(len(symbols) + 1), 0.0)
+    return chain_through(system, 11 * np.arange(len(symbols) + 1), 0.0)

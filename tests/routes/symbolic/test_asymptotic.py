@@ -26,7 +26,7 @@ from rigidpend.routes.symbolic.asymptotic import (
     track,
 )
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 from rigidpend.surfaces.heteroclinic import increments
 from tests.routes.symbolic.fig4 import BODY, HALF_TURNS, J1_0, H, launch, level, orbits, rough
@@ -92,7 +92,7 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
     for name, value in other.items():
         monkeypatch.setattr(sharp_module, name, value)
     second = sharp(Launch(level(), J1_0), orbits(1))
-    assert max(first.error.max(), second.error.max()) < sharp_module.FINEST
+    assert max(first.error.max(), second.error.max()) < sharp_module.FINEST_ERROR
     off = [abs(x - y) for x, y in zip(first.theta2_0, second.theta2_0, strict=True)]
     assert max(off) < LAST_DIGIT
 
@@ -101,7 +101,7 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
 def displaced() -> tuple[DoublyAsymptotic, DoublyAsymptotic]:
     """Orbits with one symbol where surfaces are split by 3e-14, with roundings of two kinds."""
     body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
-    little = Level.of(body, exact("0.25"))
+    little = ChainLevel.of(body, exact("0.25"))
     _, (rough, _) = skeleton(little, 1, 150)
     beside = rough._replace(b=rough.b + 1e-7, chi=rough.chi + 1e-6)
     return doubly_asymptotic(little, rough), doubly_asymptotic(little, beside)
@@ -123,14 +123,14 @@ def test_integration_tells_phases_and_times_where_the_map_is_displaced() -> None
     launches = [Launch(x.chain.level, J1_0) for x in found]
     assert (launches[0].bits, launch().bits) == (212, 106), "doubles of the map are displaced more"
     first, second = map(sharp, launches, found)
-    assert first.error.max() < sharp_module.FINEST
+    assert first.error.max() < sharp_module.FINEST_ERROR
     assert abs(first.theta2_0[0] - second.theta2_0[0]) < LAST_DIGIT
     assert np.abs(found[0].flight - found[1].flight).max() > 1e-9
     np.testing.assert_allclose(first.flight, second.flight, rtol=1e-15)
 
 
 def test_a_body_whose_surfaces_doubles_do_not_tell_apart_is_refused() -> None:
-    flat = Level.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
+    flat = ChainLevel.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
     with pytest.raises(NoOrbit, match=r"-18\) that .* known only to 0\..* 0\.001 rad is needed"):
         skeleton(flat, 0, 1)
 
@@ -159,13 +159,13 @@ def test_homoclinic_orbits_tend_to_the_periodic_orbit_at_the_floquet_rate() -> N
 def test_an_orbit_that_is_elsewhere_is_refused() -> None:
     found = orbits(1)
     with pytest.raises(NoOrbit, match="rad from where the map has it"):
-        sharp(launch(), found._replace(chain=found.chain._replace(unknown=found.b + 1e-9)))
+        sharp(launch(), found._replace(chain=found.chain._replace(parameter=found.b + 1e-9)))
 
 
 def test_a_track_that_doubles_do_not_place_is_refused_with_that_reason() -> None:
     """Some orbits with two symbols change sides at downward crossings, those with one do not."""
     near, (_, (one, _), (two, _)) = copy.copy(level()), skeleton(level(), 2, 12)
-    near.downward = math.ldexp(near.unit, -43)
+    near.downward_splitting = math.ldexp(near.widest_d, -43)
     with pytest.raises(NoOrbit, match=r"at the Hess case or near it: .* at downward crossings"):
         doubly_asymptotic(near, two._replace(b=two.b + 0.01))
     with pytest.raises(NoOrbit, match="elsewhere"):
@@ -180,9 +180,9 @@ def test_steps_that_integration_does_not_tell_tell_no_slopes() -> None:
     Euler-Poisson in body axes in 220 bits.
     """
     body = Body(A=(2, 1, "3/2"), r=(1, "1.4", 0), mu="0.001")
-    near = Level.of(body, H)
+    near = ChainLevel.of(body, H)
     three = doubly_asymptotic(near, skeleton(near, 3, 14)[3][0])
     found = sharp(Launch(near, J1_0), three)
-    assert found.error.max() < sharp_module.FINEST
+    assert found.error.max() < sharp_module.FINEST_ERROR
     phase = Fraction("1.39967732549086038606770883518449")
     assert min(abs(each - phase) for each in found.theta2_0) < found.error.max()

@@ -25,15 +25,15 @@ from rigidpend.routes.symbolic.chain import (
     passages,
     signs_of,
 )
-from rigidpend.routes.symbolic.levels import Level, surface
+from rigidpend.routes.symbolic.levels import ChainLevel, orbits_of
 from rigidpend.routes.symbolic.shortest import (
     INSIDE,
-    MORE,
+    MORE_HALF_TURNS,
     alike,
-    exactly,
+    chain_through,
     lessened,
-    path,
     shortest,
+    with_half_turns,
 )
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
 
@@ -56,7 +56,7 @@ def test_the_splitting_is_the_largest_at_any_phase_and_less_at_downward_crossing
     assert np.isclose(here.splitting, every.max(), rtol=1e-3)
     assert every.min() < 0.1 * every.max()
     by_first_order = np.sin((p.alpha0 - p.beta0) / 2) / np.sin((p.alpha0 + p.beta0) / 2)
-    assert here.downward / here.splitting == pytest.approx(by_first_order, rel=5e-3)
+    assert here.downward_splitting / here.splitting == pytest.approx(by_first_order, rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,9 @@ def test_the_splitting_is_the_largest_at_any_phase_and_less_at_downward_crossing
 )
 def test_changes_of_sides_tell_what_splitting_counts(code: list[int], downward: bool) -> None:
     here = level()
-    assert here.narrowest(signs_of(code)) == (here.downward if downward else here.splitting)
+    assert here.narrowest(signs_of(code)) == (
+        here.downward_splitting if downward else here.splitting
+    )
 
 
 @pytest.mark.parametrize(
@@ -82,7 +84,7 @@ def test_a_body_that_is_symmetric_is_told_from_Hess(by_upward: float, body: str)
 )
 def test_passages_are_as_long_as_surfaces_ask(code: list[int], given: bool, least: int) -> None:
     """Downward by a sixth, which is 1.6 half rotations; what is given may end near a border."""
-    far: Any = SimpleNamespace(off=np.array([0.1, INSIDE + 0.04]))
+    far: Any = SimpleNamespace(off_middle=np.array([0.1, INSIDE + 0.04]))
     tried = Mock(return_value=far)
     refused = pytest.raises(NoOrbit, match=r"a crossing is 0\.40 half rotations from the middle")
     with contextlib.nullcontext() if given else refused:
@@ -95,10 +97,10 @@ def test_passages_are_as_long_as_surfaces_ask(code: list[int], given: bool, leas
 def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) -> None:
     """Of a passage past the lower orbit the angle changes its sign on the way to the tables."""
     random, step = np.random.default_rng(1), 1e-5
-    I, phase = random.uniform(-0.9, 0.9, (2, 50)) * [[level().widest], [9]]
+    I, phase = random.uniform(-0.9, 0.9, (2, 50)) * [[level().widest_I], [9]]
     sides = np.full(50, rising), np.full(50, upper)
     at = level().crossings(*sides, I, phase)
-    for k, (dI, dphase) in enumerate(((step * level().widest, 0.0), (0.0, step))):
+    for k, (dI, dphase) in enumerate(((step * level().widest_I, 0.0), (0.0, step))):
         ahead, back = (level().crossings(*sides, I + s * dI, phase + s * dphase) for s in (1, -1))
         for by, x, y in ((at.chi_by[k], ahead.chi, back.chi), (at.d_by[k], ahead.d, back.d)):
             change = (x - y) / (2 * (dI + dphase))
@@ -106,7 +108,7 @@ def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) ->
 
 
 def test_the_map_and_integration_follow_every_passage() -> None:
-    chain = exactly(system(), 0, 0.0, TURNS)
+    chain = with_half_turns(system(), 0, 0.0, TURNS)
     assert chain.residual < 1e-12
     for k, symbol in enumerate(SYMBOLS):
         point = SectionPoint(k % 2 == 0, chain.d[k : k + 1], chain.chi[k : k + 1])
@@ -139,7 +141,7 @@ def test_passages_are_lessened_while_their_neighbourhood_stays_inside() -> None:
 def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyPatch) -> None:
     evaluated = Mock(side_effect=System.evaluated)
     monkeypatch.setattr(System, "evaluated", lambda *x: evaluated(*x))
-    one = system()._replace(last=float(np.pi * CELLS[-1]))
+    one = system()._replace(last_chi=float(np.pi * CELLS[-1]))
     with contextlib.suppress(NoOrbit):
         one.solved(one.guess(np.pi * CELLS, 0.0) + 0.8)
     seen = [given.args[1] for given in evaluated.call_args_list]
@@ -148,7 +150,7 @@ def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyP
 
 
 def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
-    arrival = surface(RouteProblem(BODY, H, J1_0, 1)).begin(level())
+    arrival = orbits_of(RouteProblem(BODY, H, J1_0, 1)).begin(level())
     early, here, late = (arrival(1.2 + x) for x in (-1e-3, 0.0, 1e-3))
     assert here.I_slope == pytest.approx((late.I - early.I) / 2e-3, rel=1e-5)
     assert here.b_slope == pytest.approx((late.b - early.b) / 2e-3, rel=1e-5)
@@ -156,8 +158,8 @@ def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
 
 def test_a_chain_is_guessed_from_where_its_crossings_are() -> None:
     made = chain_of([0, 1, 1, 0])
-    one = System(level(), on_surface, np.sign(made.I), last=float(made.chi[-1]))
-    assert np.abs(one.guess(made.chi, made.unknown) - made.unknowns).max() < 1e-6
+    one = System(level(), on_surface, np.sign(made.I), last_chi=float(made.chi[-1]))
+    assert np.abs(one.guess(made.chi, made.parameter) - made.unknowns).max() < 1e-6
 
 
 @pytest.mark.parametrize("cell", [34, 35])
@@ -170,20 +172,20 @@ def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
 ) -> None:
     """Surfaces are split by 6e-9, and Newton's method takes its time before it converges."""
     thin = RouteProblem(Body((2, "1.7", "1.85"), (2, 1, 0), "0.01"), exact(1), exact("1e-8"), 3)
-    orbits = surface(thin)
-    level = Level(orbits.made, thin.h0)
+    orbits = orbits_of(thin)
+    level = ChainLevel(orbits.return_map, thin.h0)
     begin = orbits.begin(level)
     cells = np.cumsum([cell, *half_turns])
     phase = math.pi * cell - float(level.arriving(*begin(0.0)[:2]).chi[0])
-    path(System(level, begin, signs_of(code)), cells, phase, patient=False)
+    chain_through(System(level, begin, signs_of(code)), cells, phase, patient=False)
 
 
 def test_too_few_half_rotations_end_in_a_fold() -> None:
     cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
     with pytest.raises(NoOrbit, match="The shortest is passage 2:"):
-        path(system(), cells, 0.0)
+        chain_through(system(), cells, 0.0)
     with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 5 half rotations needs \|I\|"):
-        exactly(system(), 0, 0.0, (11, 5, 12, 11, 14))
+        with_half_turns(system(), 0, 0.0, (11, 5, 12, 11, 14))
 
 
 def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> None:
@@ -195,10 +197,10 @@ def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> No
         raise NoOrbit("too short")
 
     flat: Any = copy.copy(level())
-    flat.splitting = flat.downward = 30 * math.ldexp(flat.unit, -53) / MOVED * 0.99
+    flat.splitting = flat.downward_splitting = 30 * math.ldexp(flat.widest_d, -53) / MOVED * 0.99
     with pytest.raises(NoOrbit, match="nearly symmetric"):
         alike(flat, signs_of([0, 1]), each)
     assert not tried
     with pytest.raises(NoOrbit, match="too short"):
         alike(flat, signs_of([0]), each)
-    assert len(tried) == MORE
+    assert len(tried) == MORE_HALF_TURNS

@@ -18,7 +18,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.chain import crossing_states
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
-from rigidpend.routes.symbolic.levels import Surface, surface
+from rigidpend.routes.symbolic.levels import Surface, orbits_of
 from rigidpend.routes.symbolic.stretching import (
     Stretched,
     integrated,
@@ -164,7 +164,7 @@ PASSAGES = 5
 
 @pytest.fixture(scope="module")
 def orbits() -> Surface:
-    return surface(RouteProblem(BODY, H, J1_0, PASSAGES))
+    return orbits_of(RouteProblem(BODY, H, J1_0, PASSAGES))
 
 
 def some(count: int) -> tuple[Array, Array]:
@@ -194,12 +194,48 @@ def test_what_shrinks_again_is_rounded_as_what_had_grown() -> None:
 
     By the variational equations of (M, gamma), a Taylor series of degree 34 in 113 bits.
     """
-    orbits = surface(RouteProblem(SHRUNK, exact("1.2"), J1_0, 3))
+    orbits = orbits_of(RouteProblem(SHRUNK, exact("1.2"), J1_0, 3))
     phases, actions = [4.754114033321756, 4.754114], [8.802725145750686e-08, 8.8027e-08]
     seen = stretched(orbits, np.array(phases), np.array(actions), 3)
     off = np.abs(seen.growth[-1] - [4.279500267843436, 4.959372696596074])
     assert (off < seen.allowed).all()
     assert (seen.allowed < 1e-7).all()
+
+
+@pytest.mark.parametrize(
+    ("A", "r", "mu", "start", "grown", "most"),
+    [
+        # Roundings of the derivatives themselves, which act across the surfaces, are the largest.
+        (
+            (1, "0.548", "0.556"),
+            ("0.355", "0.935", 0),
+            "0.0106",
+            (5.201631831312892, 2.392218609764373e-09, 4),
+            20.157101117394234,
+            0.1,
+        ),
+        # Roundings of the angles through which passages turn are.
+        (
+            (1, "0.647", "0.679"),
+            ("0.491", "0.871", 0),
+            "8.2e-5",
+            (4.82, 1e-8, 2),
+            16.754351688647613,
+            1e-8,
+        ),
+    ],
+)
+def test_where_the_surfaces_are_split_by_little_the_bound_is_near_the_error(
+    A: Any, r: Any, mu: str, start: Any, grown: float, most: float
+) -> None:
+    """By a 2e-6th and a 4e-4th of the layer: a bound across it would be 5e7 and 60 times this.
+
+    The truth are orbits 2^-70 beside, in 212 bits, as in `scripts/stated.py`.
+    """
+    theta2, J1, n = start
+    orbits = orbits_of(RouteProblem(Body(A, r, mu), exact(1), J1_0, n))
+    seen = stretched(orbits, np.array([theta2]), np.array([J1]), n)
+    assert abs(seen.growth[-1, 0] - grown) < seen.allowed[0] < most
 
 
 def test_orbits_have_their_codes(found: Stretched) -> None:

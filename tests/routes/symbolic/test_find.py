@@ -23,7 +23,7 @@ from rigidpend.orbits.return_map.passage import SectionPoint
 from rigidpend.routes.cycle import TURNS, symbols
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, refine, shortest
+from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, legs, shortest
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
 from rigidpend.routes.symbolic.levels import onward
@@ -94,7 +94,7 @@ def test_where_a_cell_has_no_orbit_the_other_serves(monkeypatch: pytest.MonkeyPa
     both = [find_orbit(FIG4, f"{first} 0^11 1^11", **START) for first in "ab"]
     quicker = min(both, key=lambda x: np.ptp(x.crossing_time)).theta2_0
     assert find_orbit(FIG4, "0^11 1^11", **START).theta2_0 == quicker
-    solved = shortest.exactly
+    solved = shortest.with_half_turns
     for lacking, other in enumerate(both[::-1]):
 
         def exactly(system: Any, cell: int, *given: Any, lacking: int = lacking) -> Any:
@@ -102,7 +102,7 @@ def test_where_a_cell_has_no_orbit_the_other_serves(monkeypatch: pytest.MonkeyPa
                 raise NoOrbit("none there")
             return solved(system, cell, *given)
 
-        monkeypatch.setattr(find, "exactly", exactly)
+        monkeypatch.setattr(find, "with_half_turns", exactly)
         assert find_orbit(FIG4, "0^11 1^11", **START).theta2_0 == other.theta2_0
 
 
@@ -142,11 +142,11 @@ def test_no_other_digits_do_better_or_fix_more(address: str, digits: int, bits: 
 
 def test_corrections_gain_the_digits_of_slopes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bits and legs of each integration: both passages, or those beside them for the slopes."""
-    monkeypatch.setattr(refine, "states_at", legs := Mock(wraps=states_at))
+    monkeypatch.setattr(legs, "states_at", asked := Mock(wraps=states_at))
     many, few = (find_orbit(FIG4, "a 0^11", **START, digits=n) for n in (80, 28))
-    asked = [(x.args[3], x.args[1].shape[1]) for x in legs.call_args_list]
+    integrated = [(x.args[3], x.args[1].shape[1]) for x in asked.call_args_list]
     in_pairs, in_fours = [(106, 8), (106, 2), *[(212, 2)] * 3], [(212, 8), *[(424, 2)] * 2]
-    assert asked == [*in_pairs, *in_fours, *in_pairs[:4]]
+    assert integrated == [*in_pairs, *in_fours, *in_pairs[:4]]
     assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**28)
 
 
@@ -175,11 +175,11 @@ def test_orbits_of_thin_layers_are_found(
     body: Body, address: str, given: Any, phase: str, anew: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At whose last crossing gamma3 = 0, by Taylor series of Euler-Poisson in 113 and 230 bits."""
-    monkeypatch.setattr(refine, "states_at", legs := Mock(wraps=states_at))
+    monkeypatch.setattr(legs, "states_at", asked := Mock(wraps=states_at))
     found = find_orbit(body, address, **given)
     assert str(found.theta2_0) == phase
     assert found.confirmed == found.passages == len(found.word)
-    beside = [call.args[1].shape[1] for call in legs.call_args_list]
+    beside = [call.args[1].shape[1] for call in asked.call_args_list]
     told = beside.count(6 * len(found.word) + 2)
     assert (told > 1) == anew, "two or three times, as roundings have it"
 
@@ -220,7 +220,7 @@ def test_where_no_orbit_is_found_the_reason_is_told(
 @pytest.mark.slow
 def test_more_digits_by_integers_agree_with_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the kernel's numbers have no more than 212 bits they tell 53 digits, these the rest."""
-    for module in (arithmetic, refine):
+    for module in (arithmetic, legs):
         monkeypatch.setattr(module, "LADDER", arithmetic.LADDER[:3])
     few, many = (find_orbit(FIG4, "a 0^11", **START, digits=n) for n in (50, 56))
     assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**50)

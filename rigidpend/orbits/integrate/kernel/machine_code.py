@@ -22,13 +22,13 @@ from rigidpend.machine import cache
 
 LANES = 8
 """Doubles in a vector, which takes one register of AVX-512, two of AVX2, four of NEON."""
-FEW = 4
+FEW_LANES = 4
 """Doubles in a vector for at most as many orbits: with 8 these take up to twice as long."""
 
 
 def lanes_for(orbits: int) -> int:
     """The number of doubles in a vector for so many orbits."""
-    return FEW if orbits <= FEW else LANES
+    return FEW_LANES if orbits <= FEW_LANES else LANES
 
 
 class Writer:
@@ -212,9 +212,9 @@ def hexadecimal(value: float) -> str:
     return "0x" + struct.pack(">d", value).hex().upper()
 
 
-MOST = 50_000_000
+MOST_BYTES = 50_000_000
 """Bytes of all cached kernels at most; one has 0.1 to 0.6 MB, most of it the text."""
-LEVEL = 3
+OPTIMISATION = 3
 """LLVM's level of optimisation; at 2 the steps take as long."""
 
 
@@ -234,7 +234,7 @@ class Pointer(ctypes.c_void_p):
 
 HEAD = re.compile(r"^define i64 @(\w+)\((.*)\) \{$", re.MULTILINE)
 """First line of the function of a text: its name, and its arguments, each behind its type."""
-KINDS = {"ptr": Pointer, "i64": ctypes.c_int64, "double": ctypes.c_double}
+ARGUMENT_TYPES = {"ptr": Pointer, "i64": ctypes.c_int64, "double": ctypes.c_double}
 """Types of the arguments by LLVM's names, for a call from Python."""
 
 
@@ -260,14 +260,14 @@ def ready(text: str) -> Any:
     code = cache.load(folder(), of)
     if code is None:
         code = compiled(llvm, machine, text)
-        cache.save(folder(), of, code, MOST)
+        cache.save(folder(), of, code, MOST_BYTES)
     # An engine with an empty module, to which the object code is added: LLVM compiles nothing here.
     loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
     loaded.finalize_object()
     _loaded.append(loaded)
     [(name, arguments)] = HEAD.findall(text)
-    kinds = (KINDS[argument.split()[0]] for argument in arguments.split(", "))
+    kinds = (ARGUMENT_TYPES[argument.split()[0]] for argument in arguments.split(", "))
     return ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(loaded.get_function_address(name))
 
 
@@ -286,14 +286,14 @@ def _machine(llvm: Any) -> Any:
     llvm.initialize_native_asmprinter()
     cpu, features = processor(llvm)
     target = llvm.Target.from_default_triple()
-    return target.create_target_machine(cpu=cpu, features=features, opt=LEVEL, jit=True)
+    return target.create_target_machine(cpu=cpu, features=features, opt=OPTIMISATION, jit=True)
 
 
 def compiled(llvm: Any, machine: Any, text: str) -> bytes:
     """Object code of a text in LLVM's language."""
     module = llvm.parse_assembly(text)
     module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=LEVEL)
+    options = llvm.create_pipeline_tuning_options(speed_level=OPTIMISATION)
     # SROA moves variables to registers, GVN computes once what is computed twice. The texts leave
     # LLVM nothing else to find: with all its passes this takes thrice as long, for code as fast.
     passes = llvm.create_new_module_pass_manager()

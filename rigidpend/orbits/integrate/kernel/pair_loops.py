@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel import machine_code
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Functions, Pairs, Value
+from rigidpend.orbits.integrate.kernel.lane_functions import Functions
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Pairs, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
-WIDE = 2 * LANES
+WIDE_LANES = 2 * LANES
 """Lanes of sums of products: two vectors fill the time in which a sum waits for its last term."""
 OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "add": lambda n, a, b: n.plus(a, b),
@@ -186,23 +187,23 @@ def convolution(bits: int) -> Any:
     Numbers are doubles (53 bits) or pairs (106). `a` and `b` hold the addresses of `count` arrays
     each, `a_rows` the number of rows of each array of a; the array of b beside it has `rows` + 1
     minus that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays and over k.
-    `width` is at least `WIDE`. `work` has room for 3 `rows` numbers in each of `WIDE` lanes.
+    `width` is at least `WIDE_LANES`. `work` has room for 3 `rows` numbers in each of these lanes.
     """
     # Rows of some columns lie far apart in memory. They are brought together in `work`: the sums,
     # and the rows of a and of b, the parts of a number behind one another.
-    code = Writer(WIDE)
+    code = Writer(WIDE_LANES)
     n = KINDS[bits](code)
     parts = n.parts
     total = code.variable(n.rows(parts))
     all_, zero = code.mul("%rows", "%width"), n.of_double(code.number(0.0))
     sums, left, right = (code.at("%work", code.mul("%rows", parts * k)) for k in range(3))
-    groups = code(f"udiv i64 {code.add('%width', WIDE - 1)}, {WIDE}")
+    groups = code(f"udiv i64 {code.add('%width', WIDE_LANES - 1)}, {WIDE_LANES}")
 
     def row(base: str, place: str) -> Value:
-        return _loaded(code, base, code.mul(place, parts * WIDE), str(WIDE), parts)
+        return _loaded(code, base, code.mul(place, parts * WIDE_LANES), str(WIDE_LANES), parts)
 
     def keep(value: Value, base: str, place: str) -> None:
-        _keep(code, value, base, code.mul(place, parts * WIDE), str(WIDE))
+        _keep(code, value, base, code.mul(place, parts * WIDE_LANES), str(WIDE_LANES))
 
     def gather(base: str, rows: str, to: str, column: str) -> None:
         apart = code.mul(rows, "%width")

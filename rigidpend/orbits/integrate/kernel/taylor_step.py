@@ -7,9 +7,7 @@ With a_k and b_k the coefficients of the operands and c_k those of the result,
     c = a / b       c_k = (a_k - sum' b_j c_(k-j)) / b_0,
 
 where j goes from 0 to k, in sum' from 1 to k. The terms with j from 1 to k - 1 need no coefficient
-of order k, so one loop adds up those terms of all sums. In the aligned field no factor of a product
-depends on another product, so that even j from 0 to k can share one loop. Numbers longer than
-doubles follow this field only, and do so.
+of order k, so one loop adds up those terms of all sums.
 
 The length of a step follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as in
 heyoka. Lanes never interact: an orbit is the same to the last bit whatever its neighbours are. It
@@ -31,7 +29,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value, as_doubles
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexadecimal
-from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField
+from rigidpend.orbits.integrate.kernel.tape import TracedField
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit at rest takes it."""
@@ -299,14 +297,8 @@ class Recurrences:
 
     def __init__(self, field: TracedField, kernel: Kernel) -> None:
         self.field, self.kernel, self.code = field, kernel, kernel.code
-        self.numbers, self.zero = kernel.numbers, kernel.numbers.of_double(ZERO)
+        self.numbers = kernel.numbers
         self.sums, size = field.sums, kernel.series_rows()
-        # Doubles are quicker with the terms j = 0 and j = k outside of the loop; for longer numbers
-        # the further lines would take long to compile. They need a field like the aligned one: it
-        # has no quotient, and no parameter is a term or a rate.
-        self.early = early_lines(field) if kernel.parts > 1 else ()
-        if kernel.parts > 1 and field != ALIGNED:
-            raise ValueError("numbers longer than doubles follow the aligned field alone")
         self.series: dict[int, str] = {}
         # Only factors of sums need their earlier coefficients. A quotient is a factor of its own
         # sum, with its divisor.
@@ -325,15 +317,12 @@ class Recurrences:
 
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
-        # Coefficients of order 0: for doubles those of all lines, else only the parameters.
-        values = dict(self.parameters)
-        if not self.early:
-            for i in range(len(self.field.lines)):
-                if i not in values:
-                    values[i] = self._linear(i, "0", values, values)
-                    self._put(i, values[i], "0")
-            self._integrate(values, "0")
-        first = "0" if self.early else "1"
+        values, first = dict(self.parameters), "1"
+        for i in range(len(self.field.lines)):
+            if i not in values:
+                values[i] = self._linear(i, "0", values, values)
+                self._put(i, values[i], "0")
+        self._integrate(values, "0")
         # Higher orders are smaller on the step and need fewer bits: one loop for each number of
         # parts, from the most down to one double. Numbers keep their places in memory, with zeros
         # for the parts that they lack.
@@ -348,13 +337,9 @@ class Recurrences:
     def _coefficients(self, k: str, values: dict[int, Value]) -> None:
         """Find the coefficients of order k of all lines, and of order k + 1 of the components."""
         found: dict[int, Value] = {}
-        # The loop over all products goes up to j = k, so that their factors come first.
-        for i in self.early:
-            found[i] = self._linear(i, k, found, values)
-            self._put(i, found[i], k)
         sums = self._sums(k)
         for i in range(len(self.field.lines)):
-            if i in self.parameters or i in self.early:
+            if i in self.parameters:
                 continue
             if i in sums:
                 found[i] = self._finished(i, sums[i], found, values)
@@ -362,6 +347,11 @@ class Recurrences:
                 found[i] = self._linear(i, k, found, values)
             self._put(i, found[i], k)
         self._integrate(found, k)
+
+    @property
+    def zero(self) -> Value:
+        """Zero in the numbers of the orders that are being written."""
+        return self.numbers.of_double(ZERO)
 
     def _put(self, i: int, value: Value, k: str) -> None:
         """Store a coefficient if a sum will need it."""
@@ -392,15 +382,14 @@ class Recurrences:
         return made[operation](*(known.get(j, self.zero) for j in operands))
 
     def _sums(self, k: str) -> dict[int, Value]:
-        """The sums' terms with j from 1 to k - 1, or from 0 to k where all factors are known."""
+        """The sums' terms with j from 1 to k - 1."""
         code, n = self.code, self.numbers
         # Totals have memory of their own, without the zeros that series are filled up with.
         own = type(n)(code)
         places = {i: code.variable(own.rows(own.parts)) for i in self.sums}
         for place in places.values():
             own.store(own.of_double(ZERO), place, 0)
-        whole = (code.add(k, 1), 0) if self.early else (k, 1)
-        with code.loop(*whole) as j:
+        with code.loop(k, 1) as j:
             other = code(f"sub i64 {k}, {j}")
             # A series is often a factor of several products: its coefficient is read once.
             read = functools.cache(n.load)
@@ -420,25 +409,12 @@ class Recurrences:
     ) -> Value:
         """A line's coefficient from its sum, to which the terms with j = 0 and j = k are added."""
         n, (operation, (a, b)) = self.numbers, self.field.lines[i]
-        if self.early:
-            return n.settled(total)
         # `values` has the coefficients of order 0, `found` those of order k.
         if operation == "times":
             total = n.with_product(n.with_product(total, found[a], values[b]), values[a], found[b])
             return n.settled(total)
         total = n.settled(n.with_product(total, found[b], values[i]))
         return n.quotient(n.minus(found.get(a, self.zero), total), values[b])
-
-
-def early_lines(field: TracedField) -> tuple[int, ...]:
-    """Lines that depend on no product or quotient of two series, without the parameters."""
-    late, early = set(field.sums), []
-    for i, (operation, operands) in enumerate(field.lines):
-        if operation not in ("component", "parameter") and late.intersection(operands):
-            late.add(i)
-        elif i not in late and operation != "parameter":
-            early.append(i)
-    return tuple(early)
 
 
 def orders_by_parts(order: int, parts: int) -> list[int]:
