@@ -32,7 +32,7 @@ SHARES = 4
 """Number of parts, of all bodies, that each process gets: few, because each part is sent to it."""
 
 Values: TypeAlias = NDArray[np.float64]
-Group: TypeAlias = tuple[dict[str, Values], Values]
+Group: TypeAlias = tuple[dict[str, Values], NDArray[Any]]
 
 
 class Cells(NamedTuple):
@@ -85,8 +85,8 @@ def _changed(body: Body, values: tuple[tuple[str, Scalar], ...]) -> Body:
 
 def cells_of_starts(
     problem: RouteProblem,
-    theta2_0: Values,
-    J1_0: Values,
+    theta2_0: NDArray[Any],
+    J1_0: Values | None,
     arithmetic: Arithmetic,
     jobs: int = 1,
     *,
@@ -96,10 +96,14 @@ def cells_of_starts(
     """Route codes of orbits of one body and h0, by maps or by integration.
 
     The problem holds what all orbits share; theta2_0 in radians and J1_0, dimensionless, (n,) each,
-    are taken as exact. Where the orbits are a part of a plane, `ends` are the least and the largest
-    J1_0 of the whole plane, so that all parts share one map, and `orbits` is the number of its
-    orbits. No result depends on `jobs`, the number of threads.
+    are taken as exact. Without J1_0 all orbits have that of the problem. Where the orbits are a
+    part of a plane, `ends` are the least and the largest J1_0 of the whole plane, so that all parts
+    share one map, and `orbits` is the number of its orbits. No result depends on `jobs`, the number
+    of threads.
     """
+    if J1_0 is None:
+        run = Run(problem, Phases(theta2_0), arithmetic, jobs, task_orbits=orbits)
+        return _cells(choice.decide(run))
     least, largest = ends or (float(J1_0.min()), float(J1_0.max()))
     # `Starts` asks for a problem with the largest J1_0 and one with the least.
     lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
@@ -110,7 +114,7 @@ def cells_of_starts(
 def cells_of_each(
     problem: RouteProblem,
     values: Mapping[str, Values],
-    theta2_0: Values,
+    theta2_0: NDArray[Any],
     arithmetic: Arithmetic,
     jobs: int = 1,
 ) -> Cells:

@@ -6,6 +6,7 @@ be no small angle, and would be the same in all computations, which could not sh
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -98,6 +99,8 @@ def _is_sequence(values: Any) -> bool:
     return listed or getattr(values, "ndim", 0) > 0
 
 
+# Kept, because all cells of a plane may have one phase.
+@functools.lru_cache(maxsize=256)
 def _halves(x: Exact) -> tuple[float, float]:
     """The double nearest to x, and the double nearest to the difference."""
     if x.fraction is not None:

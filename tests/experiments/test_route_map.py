@@ -75,6 +75,37 @@ def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
     assert near["y"][-1] == pytest.approx(-7.7)
 
 
+@pytest.mark.parametrize(
+    ("across", "phase"),
+    [
+        ("problem.theta2_0={ends: [0, 1], count: 2}", ""),
+        ("problem.columns={axis: log10_J1_0, ends: [-9, -7], count: 2}", "0.3"),
+        ("problem.columns={axis: h0, ends: [1, 2], count: 2}", "4.7"),
+    ],
+)
+def test_what_all_cells_share_is_exact_and_not_the_nearest_double(across: str, phase: str) -> None:
+    """1e-8, 0.3 and 4.7 are no doubles, and errors of that size grow to other symbols."""
+    n, ladder = 45, (53, 106, 160)
+    given = [f"problem.n_symbols={n}", f"numerics.precisions={list(ladder)}", across]
+    rows = "problem.rows={axis: mu, ends: [0, 1/256], count: 2}"
+    found = computed(content(*given, rows, *([f"problem.theta2_0={phase}"] if phase else [])))
+    for row, column in np.ndindex(2, 2):
+        x = float(found["x"][column])
+        J1_0 = 10.0**x if "log10_J1_0" in across else "1e-8"
+        alone = route_codes(
+            Body((2, 1, "1.5"), (1, 1, 0), float(found["y"][row])),
+            [phase or x],
+            h0=x if "h0" in across else "1.3342",
+            J1_0=J1_0,
+            n_symbols=n,
+            precisions=ladder,
+            method="integration",
+        )
+        assert alone.certain.all()
+        assert found["certain"][row, column] == n
+        assert (alone.codes[:, 0] == found["codes"][:, row, column]).all()
+
+
 def body_of(values: dict[str, float]) -> Body:
     """The body of a cell, from its angles by closed forms in doubles."""
     beta0, alpha0 = values.get("beta0"), values.get("alpha0")

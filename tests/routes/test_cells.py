@@ -50,6 +50,15 @@ def test_codes_are_those_of_each_start_alone(many: bool, monkeypatch: pytest.Mon
         assert (alone.codes == found.codes[:, here])[known & alone.certain].all()
 
 
+def test_orbits_without_actions_have_that_of_the_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(choice, "decide", decided := Mock(wraps=choice.decide))
+    found = cells_of_starts(PROBLEM, FEW, None, DOUBLES, orbits=1000)
+    assert decided.call_args.args[0].orbits == 1000
+    alone = route_codes(FIG4, FEW, h0="1.3342", J1_0="1e-8", n_symbols=N)
+    assert (found.certain == N).all()
+    assert (alone.codes == found.codes).all()
+
+
 def test_a_piece_has_as_many_passages_as_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "in_pieces", pieces := Mock(wraps=in_pieces))
     for passages in (7 * (N + 1), N):

@@ -126,14 +126,16 @@ def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs:
     """The cells, row by row."""
     spread = np.tile(x, y.size), np.repeat(y, x.size)
     values = dict(zip(problem.names, spread, strict=True))
-    fixed = 0.0 if "theta2_0" in values else own_value(problem, "theta2_0")
-    theta2 = values.pop("theta2_0", np.full(x.size * y.size, fixed))
+    # A phase or an action that all cells share stays exact, as the config writes it.
+    theta2 = values.pop("theta2_0", None)
+    if theta2 is None:
+        theta2 = np.full(x.size * y.size, problem.theta2_0, dtype=object)
     if not _shares_maps(problem):
         return cells_of_each(problem.routes, values, theta2, arithmetic, jobs)
     logarithms = values.pop("log10_J1_0", None)
     # The remaining parameters have one value in the whole tile.
     common = cell_problem(problem.routes, {name: float(v[0]) for name, v in values.items()})
-    J1 = np.full(theta2.size, float(common.J1_0)) if logarithms is None else 10.0**logarithms
+    J1 = None if logarithms is None else 10.0**logarithms
     ends, orbits = (None, None) if values else _common_starts(problem)
     return cells_of_starts(common, theta2, J1, arithmetic, jobs, ends=ends, orbits=orbits)
 
