@@ -20,10 +20,10 @@ from flint import arb
 
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import passages, sections
-from rigidpend.routes.certified.family_orbits import LineStarts, line_pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
+from rigidpend.routes.certified.start_lines import LineStarts, line_pieces
 from scripts import check_full_shift, check_passages, check_sections
 from scripts.check_certificate import Fails, Interval
 from tests.attacks import lot
