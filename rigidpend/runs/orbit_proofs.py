@@ -64,13 +64,13 @@ def prove(
 
     Undecided where it cannot be proven.
     """
-    from rigidpend.routes.certified import chains, family_orbits
+    from rigidpend.routes.certified import chains, start_lines
 
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)
     # The sets are made at the energy of this start; all starts of the line have energies near it.
-    setting = family_orbits.of_start(problem.body, problem.h0, J1, theta2)
+    setting = start_lines.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
     arrays = _side_by_side(_made, (), parts, jobs, n, report)

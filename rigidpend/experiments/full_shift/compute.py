@@ -77,7 +77,7 @@ def _proven(
     config: Config, setting: ShiftProblem, approach: OrbitCrossings | None, means: Means
 ) -> Tree:
     """The result of one setting; Undecided, MapError or ArithmeticError where nothing is proven."""
-    from rigidpend.routes.certified import chains, family_orbits, horseshoe
+    from rigidpend.routes.certified import chains, family_orbits, horseshoe, start_lines
 
     J1 = rational(config.problem.J1_0)
     # The sets have to be proven at all energies of the line of starts, so the line comes first.
@@ -85,12 +85,12 @@ def _proven(
         links = chains.links(setting, J1, approach, horseshoe.quads(setting))
         setting = setting._replace(spread=links[0].setting.spread)
     elif config.problem.h0 is not None:
-        setting = family_orbits.widened(setting, J1)
+        setting = start_lines.widened(setting, J1)
     sets = horseshoe.quads(setting)
     orbits = [family_orbits.pieces(setting, quad) for quad in sets]
     if approach is not None:
         return _stored(config, sets, orbits + chains.linked(links, True), links, means)
-    starts, ends = family_orbits.line(setting, J1, sets)
+    starts, ends = start_lines.line(setting, J1, sets)
     link = chains.Link(starts, setting, theta2=ends)
     begun = link.pieces()
     # Only Theorem 8 needs a strip about the line. If the strip's image is too wide to cross the
@@ -258,17 +258,17 @@ def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
 
     Half rotations and bits are left open.
     """
-    from rigidpend.routes.certified import family_orbits, horseshoe
+    from rigidpend.routes.certified import horseshoe, start_lines
 
     problem = config.problem
     if problem.h is not None:
         found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
     elif problem.h0 is not None and approach is not None:
         of = problem.body, problem.h0, rational(config.problem.J1_0)
-        found = family_orbits.of_start(*of, approach.theta2)
+        found = start_lines.of_start(*of, approach.theta2)
     else:
         assert problem.h0 is not None
-        found = family_orbits.of_one_J2(problem.body, problem.h0, rational(config.problem.J1_0))
+        found = start_lines.of_one_J2(problem.body, problem.h0, rational(config.problem.J1_0))
     return found._replace(lengths=problem.lengths)
 
 

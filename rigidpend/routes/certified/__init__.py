@@ -21,7 +21,7 @@ approximation
              polynomials of an orbit
 interval_search
              intervals with their polynomials
-horseshoe, family_orbits, chains
+horseshoe, family_orbits, start_lines, chains
              sets and the ways they are tried, their orbits, lines of starts, sets along an orbit
 
 `codes` does both: it finds proofs of route codes, and checks given ones by the checker.

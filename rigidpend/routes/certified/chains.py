@@ -22,11 +22,12 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import prove_link, relation
-from rigidpend.routes.certified.family_orbits import SPREAD_FACTOR, LineStarts, line_pieces, pieces
+from rigidpend.routes.certified.family_orbits import pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, quad_from
 from rigidpend.routes.certified.sections import Numbers
+from rigidpend.routes.certified.start_lines import SPREAD_FACTOR, LineStarts, line_pieces
 from rigidpend.routes.symbolic.levels import each_alone
 
 SHARE, WIDE = 1 / 2000, 1e-4

@@ -20,10 +20,11 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, LineStarts, grid_of, steps_of
+from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, Grid, steps_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
+from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.problem import RouteProblem
 
@@ -109,15 +110,15 @@ def pieces(
 
     Undecided where pairs of doubles do not know them well enough.
     """
-    a, sizes, rate = IN_PAIRS, (times.shape[1], 1, 1), setting.rate
+    a, rate = IN_PAIRS, setting.rate
     fine = LEFT + math.ceil(GROWTH * rate * times.max())
     if fine > MOST_BITS:
         raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
-    at = grid_of(*(nodes(n, a) for n in sizes))
+    grid = Grid(times.shape[1], 1, 1)
     middle = a.number(of.middle) * a.pi * 2
-    phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * at[0]
+    phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * grid.at[0]
     begin, in_time = LineStarts(setting, J1).states(phase, a), IN_TIME + fine // BITS_PER_NODE
-    return steps_of(setting, begin, _halves(times, rate), at, sizes, (in_time, fine))
+    return steps_of(setting, begin, _halves(times, rate), grid, (in_time, fine))
 
 
 def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:

@@ -49,20 +49,27 @@ STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fr
 
 
 @pytest.mark.parametrize(
-    ("ends", "across", "sheet", "reason"),
+    ("ends", "aside", "across", "sheet", "reason"),
     [
-        (1 + BARELY, 1 - BARELY, 1 - BARELY, ""),
-        (-1 - BARELY, 1 - BARELY, 1 - BARELY, ""),
-        (1 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
-        (1 + BARELY, 1 + BARELY, 1 - BARELY, "C6: the image"),
-        (1 + BARELY, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
+        (1 + BARELY, 0.0, 1 - BARELY, 1 - BARELY, ""),
+        (-1 - BARELY, 0.0, 1 - BARELY, 1 - BARELY, ""),
+        (1 - BARELY, 0.0, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        # One edge is beyond an end, and the other one is not.
+        (1.5, 0.5 + BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (1.5, -0.5 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (1 + BARELY, 0.0, 1 + BARELY, 1 - BARELY, "C6: the image"),
+        (1 + BARELY, 0.0, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
     ],
 )
-def test_C6_images_lie_across_a_set(ends: float, across: float, sheet: float, reason: str) -> None:
-    """U = ends u and V = across v, at all energies."""
+def test_C6_images_lie_across_a_set(
+    ends: float, aside: float, across: float, sheet: float, reason: str
+) -> None:
+    """U = ends u + aside and V = across v, at all energies."""
     a, b, l0, l1 = (float(x) for x in STRAIGHT[1:5])
-    d = {(0, 1, 0, 0): 2 * a * ends, (0, 0, 0, 1): 2 / 4}
-    g = {(0, 1, 0): 2 * a * ends / l1, (0, 0, 1): -2 * b * across / l1, (0, 0, 0): -2 * l0 / l1}
+    off = a * aside
+    d = {(0, 1, 0, 0): 2 * a * ends, (0, 0, 0, 1): 2 / 4, (0, 0, 0, 0): 2 * off}
+    g = {(0, 1, 0): 2 * a * ends / l1, (0, 0, 1): -2 * b * across / l1}
+    g |= {(0, 0, 0): 2 * (off - l0) / l1}
     box, begin = [arb(1 + sheet * ALONE), arb(0.5), arb(0.5)], [arb(1), arb(0.5), arb(0.5)]
     source, other = offered.arrived([offered.whole(d), offered.whole(g)], box)
     agree(
@@ -253,6 +260,32 @@ def test_a_line_comes_to_the_sets_by_those_between(stored: Stored, followed: Non
             check_coverings.prove, offered.GIVEN, *of_script, [quad_of(x) for x, _ in other[1:]]
         )
         assert theirs.startswith(f"set {'line' if at == 1 else '1 of the approach'}: C6: ")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", range(5))
+def test_each_image_has_to_lie_across_all_sets_of_its_section(
+    stored: Stored, followed: None, monkeypatch: pytest.MonkeyPatch, source: int
+) -> None:
+    """By both, of four sets and of the line of starts, whose images are too wide one by one."""
+    mine, theirs = list(stored.arrivals), list(stored.theirs)
+    mine[source] = mine[source]._replace(d=mine[source].d.widened(arb(1)))
+    theirs[source] = theirs[source]._replace(d=theirs[source].d.wider(Fraction(1)))
+    monkeypatch.setattr(coverings, "arrival", stored.followed(mine))
+    monkeypatch.setattr(check_coverings, "arrival", stored.followed(theirs))
+    quads, of_line = stored.quads, [(stored.line, stored.orbits[4])]
+
+    def by_package() -> None:
+        coverings.prove(stored.numbers, quads, stored.orbits[:4])
+        coverings.prove_line(stored.numbers, of_line, quads, mine[:4])
+
+    given = check_full_shift.read(offered.STORED)
+    line = check_sections.Line(offered.J1, *given.line)
+    agree(
+        f"set {source}: C6" if source < 4 else "C6",
+        by_package,
+        lambda: check_coverings.prove(offered.GIVEN, given.quads, line, given.orbits),
+    )
 
 
 @pytest.mark.slow

@@ -27,6 +27,7 @@ from rigidpend.routes.certified import (
     horseshoe,
     passages,
     sections,
+    start_lines,
 )
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
@@ -87,7 +88,7 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     assert 3 * math.pi / 40 < found.theta2_0 < 3 * math.pi / 40 + 0.31
     orbit = chains.OrbitCrossings(float(found.theta2_0), found.d, found.chi)
     # At the energy of the middle alone.
-    setting = family_orbits.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
+    setting = start_lines.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
     quads = horseshoe.quads(setting)
     *_, link = chains.links(setting, J1, orbit, quads)
     link = link._replace(setting=link.setting._replace(spread=Fraction(0)))
@@ -106,7 +107,7 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
 def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface() -> None:
     """Beside that chi of the next crossing grows as -ln of the distance over Lambda."""
     theta2, setting = 4.704, horseshoe.ShiftProblem(BODY, H0, 14)
-    begun = family_orbits.LineStarts(setting, J1).entered(np.array([theta2])).point
+    begun = start_lines.LineStarts(setting, J1).entered(np.array([theta2])).point
     passed = list(onward(setting.level, begun, 2, slopes=True))
     points = [begun, *(each.point for each in passed)]
     orbit = chains.OrbitCrossings(
@@ -256,11 +257,11 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     body = Body(given["A"], given["r"], given["mu"])
     setting = horseshoe.ShiftProblem(body, H0, 1, h0=H0)
     ends = theta2 + np.array([-1e-6, 1e-6])
-    shifts = family_orbits.LineStarts(setting, J1).energies(ends)
+    shifts = start_lines.LineStarts(setting, J1).energies(ends)
     shift, spread = Fraction(float(shifts.mean())), Fraction(float(np.abs(np.diff(shifts))[0]))
     setting = setting._replace(h=H0 + exact(shift), spread=spread)
-    line, _ = family_orbits.LineStarts(setting, J1).between(ends)
-    first, *_ = family_orbits.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
+    line, _ = start_lines.LineStarts(setting, J1).between(ends)
+    first, *_ = start_lines.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
     numbers = sections.Numbers.of(body, setting.h, spread, H0)
     del given["h"]
     problem = check_sections.problem_of({**given, "shift": shift, "spread": spread})

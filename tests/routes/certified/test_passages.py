@@ -16,14 +16,14 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, arb_mat
 
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import passages, sections
-from rigidpend.routes.certified.family_orbits import LineStarts, line_pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
+from rigidpend.routes.certified.start_lines import LineStarts, line_pieces
 from scripts import check_full_shift, check_passages, check_sections
 from scripts.check_certificate import Fails, Interval
 from tests.attacks import lot
@@ -41,6 +41,19 @@ def test_C1_points_of_the_section(stored: Stored) -> None:
         1e-4,
         2.0**-4,
         lambda off: stored.beginning(stored.quads[0], offered.moved(piece, 0, (0, 0, 0), off)),
+    )
+
+
+@pytest.mark.parametrize(("radius", "reason"), [(0.995, ""), (1.005, "C1: no points")])
+def test_C1_newtons_iteration_contracts(radius: float, reason: str) -> None:
+    """Of one unknown, whose slope is 1 up to a radius."""
+    row, slope = constant(1e-6), arb(1, radius)
+    offered.agree(
+        reason,
+        lambda: sections.solution([Family.of(row, BITS)], arb_mat([[slope]]), {}, 2.0**-5),
+        lambda: check_sections.solution(
+            [offered.series(row, BITS)], [[offered.interval(slope)]], {}, Fraction(1, 32)
+        ),
     )
 
 
