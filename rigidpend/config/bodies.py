@@ -58,7 +58,7 @@ class RouteStart(HeavyBody):
     """Orbits that start at theta1_0 = alpha0 + beta0 and J2_0 = sqrt(2 h0/kappa)."""
 
     h0: Number
-    """Energy constant, h0 > mu, dimensionless."""
+    """Energy constant, h0 > mu; physical units, as mu."""
     J1_0: Number
     """Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2."""
     n_symbols: Whole = 15
@@ -101,7 +101,7 @@ class WeightedBodies(Part):
     """Bodies at one energy, each with every weight."""
 
     h0: Number
-    """Energy of the orbits, h0 > mu, dimensionless."""
+    """Energy of the orbits, h0 > mu; physical units, as mu."""
     mu: Weights
     """Weights times the distance of the centre of gravity, ascending, above 0, physical."""
     bodies: Annotated[dict[Word, UnweightedBody], Field(min_length=1, max_length=26)]

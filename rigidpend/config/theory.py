@@ -93,6 +93,6 @@ def _orbits(p: Angles, h0: float) -> Iterator[Row]:
         return
     yield number_row("period", "t', of the pendulum motions", leaving.period)
     yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
-    # With the period of the true motion, so that the two multipliers differ by the effect of mu.
-    limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
-    yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)
+    # Without weight T is 2 pi/(kappa J2_0), so that u T/2 is pi^2/nu whatever the energy.
+    meaning = "exp(u T/2), u = J2_0 sin(alpha0), T = 2 pi/(kappa J2_0)"
+    yield number_row("multiplier, mu = 0", meaning, math.exp(math.pi**2 / p.nu))

@@ -46,6 +46,8 @@ def test_agrees_with_the_expected_values_and_an_invariant_of_fig4_and_fig5() -> 
     leaving, approaching = fig4["multipliers"]
     assert leaving * approaching == pytest.approx(1, rel=1e-13)
     assert abs(leaving / fig4["multiplier, mu = 0"] - 1) < (0.001 / 1.3342) ** 2
+    light = numbers(Body(FIG4.A, FIG4.r, "1e-12"), "1.3342")["multipliers"][0]
+    assert fig4["multiplier, mu = 0"] == pytest.approx(light, rel=1e-13)
     assert fig4["Melnikov zeros"] == pytest.approx([1.563050, 4.704643], abs=5e-7)
     fig5 = numbers(Body((2, "1.5", "1.8"), (0, 1, 0), "0.01"), "10/9")
     assert fig5["Delta theta3"] == pytest.approx(

@@ -138,15 +138,14 @@ def test_eq_dtheta_is_the_integral_of_eq2(number: int, way: int) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-14)
 
 
-@pytest.mark.parametrize("J1_0", ["1e-4", "1e-3", "1e-2"])
-def test_the_first_symbol_changes_within_what_is_missed_of_the_integral(J1_0: str) -> None:
-    """Without weight to speak of; and not always much nearer to the zeros."""
-    light = Body(FIG4.A, FIG4.r, "1e-6")
-    start = RouteProblem(light, exact("1.3342"), exact(J1_0), 1)
-    missed, shifts = melnikov.missed(start), []
-    for zero in melnikov.zeros(start):
+def test_the_first_symbol_changes_within_what_is_missed_of_the_integral() -> None:
+    """Of some starts without weight to speak of, and nearly as far from the zeros as that."""
+    light, shifts = Body(FIG4.A, FIG4.r, "1e-6"), []
+    for J1_0 in ("1e-4", "1e-3", "1e-2"):
+        start = RouteProblem(light, exact("1.3342"), exact(J1_0), 1)
+        missed, (zero, _) = melnikov.missed(start), melnikov.zeros(start)
         phases = zero + missed * np.linspace(-1.5, 1.5, 301)
         [codes] = route_codes(light, phases, h0="1.3342", J1_0=J1_0, n_symbols=1).codes
         [place] = np.flatnonzero(np.diff(codes.astype(int)))
         shifts.append(abs(phases[place] - zero) / missed)
-    assert 0.2 < max(shifts) < 1.02
+    assert 0.9 < max(shifts) < 1.02

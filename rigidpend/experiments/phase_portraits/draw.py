@@ -190,6 +190,6 @@ def tables(result: Loaded) -> list[Table]:
                 Column("theta1 (rad)", separatrices["theta1"][begins], ".10f"),
                 Column("H/J2^2", separatrices["energy"], ".10f"),
             ],
-            f"The integral that is 0 on a separatrix is at most {spread:.1g} J2^2 along them.",
+            f"The integral that is 0 on a separatrix is at most {spread:.1g} J2^2 halfway.",
         ),
     ]
