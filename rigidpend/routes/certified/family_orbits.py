@@ -40,7 +40,7 @@ GROWTH = 1.4
 """Bits by which the bound grows while the unstable direction grows by e, about."""
 
 
-class Grid:
+class FamilyGrid:
     """Nodes in u, v and w, and all triples of them."""
 
     def __init__(self, *sizes: int) -> None:
@@ -59,14 +59,14 @@ def pieces(setting: ShiftProblem, quad: Quad, turned: bool | None = None) -> lis
     """
     if turned is None:
         turned = not quad.rising and setting.half_turns % 2 == 1
-    grid = Grid(*setting.nodes[1:])
+    grid = FamilyGrid(*setting.nodes[1:])
     begin = _beginning(quad, grid.at, setting, turned)
     expected = _expected(quad, begin, setting, turned)
     return to_crossing(setting, begin, expected, grid, setting.bits)
 
 
 def to_crossing(
-    setting: ShiftProblem, begin: PairArray, times: Array, grid: Grid, bits: int
+    setting: ShiftProblem, begin: PairArray, times: Array, grid: FamilyGrid, bits: int
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of a grid that begin at given states, up to their next crossing.
 
@@ -97,7 +97,7 @@ def steps_of(
     setting: ShiftProblem,
     begin: PairArray,
     halves: Sequence[dict[Powers, int]],
-    grid: Grid,
+    grid: FamilyGrid,
     fine: tuple[int, int],
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of a grid over steps of given half-lengths, from states at first.

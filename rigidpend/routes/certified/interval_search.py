@@ -20,7 +20,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, Grid, steps_of
+from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, FamilyGrid, steps_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
@@ -114,7 +114,7 @@ def pieces(
     fine = LEFT + math.ceil(GROWTH * rate * times.max())
     if fine > MOST_BITS:
         raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
-    grid = Grid(times.shape[1], 1, 1)
+    grid = FamilyGrid(times.shape[1], 1, 1)
     middle = a.number(of.middle) * a.pi * 2
     phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * grid.at[0]
     begin, in_time = LineStarts(setting, J1).states(phase, a), IN_TIME + fine // BITS_PER_NODE

@@ -22,7 +22,7 @@ from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.connections import check_middle
-from rigidpend.routes.certified.family_orbits import Grid, to_crossing
+from rigidpend.routes.certified.family_orbits import FamilyGrid, to_crossing
 from rigidpend.routes.certified.horseshoe import (
     IN_PAIRS,
     MOST_ITERATIONS,
@@ -170,7 +170,7 @@ def line_pieces(
     `theta2` are the ends of the line, radians.
     """
     a, in_w = IN_PAIRS, setting.nodes[3] if setting.h0 is None else 1
-    grid = Grid(setting.nodes[1], IN_ASIDE if of.wide else 1, in_w)
+    grid = FamilyGrid(setting.nodes[1], IN_ASIDE if of.wide else 1, in_w)
     u, v, w = grid.at
     starts, goal = LineStarts(setting, of.J1, w), 0 * u
     for x in (of.centre, *of.moves)[::-1]:
