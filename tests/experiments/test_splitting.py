@@ -110,9 +110,9 @@ def test_the_reduced_distance_follows_the_closed_form(data: Any) -> None:
 
 
 def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
-    """S1- turns back in g where mu is 0.3 of h0 and nu is 11."""
-    body = "problem.bodies={g: {A: [2, 1, 1.04], r: [1, 0.2, 0]}}"
-    settings = [body, "problem.drawn=g", "problem.mu=[0.01, 0.3]", "numerics.precisions=[53]"]
+    """S1- turns back in g where the moment about axis 2 is small and mu is 0.02 of h0."""
+    body = "problem.bodies={g: {A: [2, 0.001, 1.9995], r: [1, 2, 0]}}"
+    settings = [body, "problem.drawn=g", "problem.mu=[1e-5, 0.02]", "numerics.precisions=[53]"]
     data = computed(asked("splitting", *settings))
     assert data["bodies"]["resolved"].tolist() == [[True, False]]
     assert np.isfinite(data["curve"]["measured"][0]).all()
