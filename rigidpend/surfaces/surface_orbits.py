@@ -45,7 +45,9 @@ class Points(NamedTuple):
     """Points of orbits on the section: arrays (n,) of doubles, or of numbers with guard bits."""
 
     phase: Any
-    """Phase g = theta1/2 + theta2, radians, within half a turn of the unperturbed motion's."""
+    """Phase g = theta1/2 + theta2, radians.
+
+    The first is within half a turn of the unperturbed motion's; then its advance is continuous."""
     advance: Any
     """Phase less that of the unperturbed motion, radians, with a smaller error than the phase."""
     offset: Any
@@ -166,11 +168,13 @@ def meet(
         return None
     alpha0, sin_alpha0 = a.number(s.p.alpha0), a.number(m.sin(s.p.alpha0))
     phase, offset = section_angles(state, alpha0, sin_alpha0, a)
-    # Next to the phase of the unperturbed motion g is a continuous function of theta2_0.
     behind, turn = lag(s, depth), 2 * a.pi
     unperturbed_phases = [start + behind for start in starts]
     expected = a.array(unperturbed_phases)
-    phase = phase + turn * np.rint(a.floats((expected - phase) / turn))
+    # g less the unperturbed phase is a continuous function of theta2_0, of no winding: each orbit's
+    # is next to the one before. With much weight it may be anywhere, also beside half a turn.
+    off = a.floats((phase - expected) / turn)
+    phase = phase + turn * (np.rint(np.unwrap(off, period=1) - off) - np.rint(off[0]))
     # The unperturbed phases have more bits than the doubles nearest to them: `rest` is the error of
     # these, which the phase less `expected`, a small difference, would be off by.
     rest = a.array([x - near for x, near in zip(unperturbed_phases, expected, strict=True)])

@@ -110,9 +110,14 @@ def test_the_reduced_distance_follows_the_closed_form(data: Any) -> None:
 
 
 def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
-    """Doubles do not know 1e-6 h0 so well, and S1- turns back in g where it is 0.3 and nu is 11."""
-    body = "problem.bodies={g: {A: [2, 1, 1.04], r: [1, 0.2, 0]}}"
-    settings = [body, "problem.drawn=g", "problem.mu=[1e-6, 0.01, 0.3]", "numerics.precisions=[53]"]
+    """Doubles do not know 1e-7 h0 so well, and S1- turns back at 0.02 h0, where A2 is so small."""
+    body = "problem.bodies={g: {A: [2, 0.001, 1.9995], r: [1, 2, 0]}}"
+    settings = [
+        body,
+        "problem.drawn=g",
+        "problem.mu=[1e-7, 1e-5, 0.02]",
+        "numerics.precisions=[53]",
+    ]
     data = computed(asked("splitting", *settings))
     assert data["bodies"]["resolved"].tolist() == [[False, True, False]]
     assert np.isfinite(data["curve"]["measured"][1]).all()

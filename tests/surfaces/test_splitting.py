@@ -113,6 +113,13 @@ def test_agrees_precisions_with_113_bits_within_the_errors_they_tell() -> None:
         assert found.error < 2000 * 2.0**-found.bits
 
 
+def test_surfaces_of_much_weight_are_measured_where_they_are_ahead_by_half_a_turn() -> None:
+    """At mu = 0.6 h0: against orbits along the periodic orbit's unstable direction in 113 bits."""
+    found = measure(Body(A=(2, 1, "1.5"), r=(1, 0, 0), mu="0.6"), H0, ALLOWED, IN_DOUBLES)
+    assert found.resolved
+    assert found.excess[:2] == pytest.approx([-0.131082813484, 0.261195011725], abs=1e-11)
+
+
 def test_the_error_holds_for_a_body_almost_without_moment_about_an_axis() -> None:
     """There alpha0 is so close to pi that its double knows its sine to a few digits less."""
     body = Body(A=(2, "1e-3", "1.9995"), r=(1, 2, 0), mu="1e-5")
