@@ -200,16 +200,6 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     return *((bits, second) for bits in least for second in further[bits]), (53, 53)
 
 
-def built_bits(map_bits: tuple[int, int]) -> tuple[int, int, int]:
-    """Bits of which the first, second and third map are built, for computations of `map_bits`.
-
-    Where passages are deep the first map is built as sharp as the second: its own computation
-    leaves terms out, but orbits that are handed over to it get all of them.
-    """
-    first, second = map_bits
-    return (max(map_bits) if first == SHARPEST else first), second, first
-
-
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
     """Longest time, seconds of a core, that the tables of all designs may take so as to pay."""
     return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
