@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from hypothesis import assume, given
 
 from rigidpend import Body
 from rigidpend.mechanics import floquet
+from rigidpend.orbits.return_map import conjugacy
 from rigidpend.orbits.return_map import normal_form as module
 from rigidpend.orbits.return_map.conjugacy import TorusForm
-from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.expansions import Interval, in_blocks
 from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -63,9 +65,11 @@ def test_the_normal_form_ends_with_the_first_terms_that_are_small_enough(least: 
     ("bits", "degree", "n_phase", "points"), [(53, 21, 21, 1200), (53, 1, 21, 3), (113, 5, 11, 2)]
 )
 def test_order_points_are_put_into_the_normal_form_to_rounding(
-    bits: int, degree: int, n_phase: int, points: int
+    bits: int, degree: int, n_phase: int, points: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where slopes of half the degree do, the last correction leaves no more than that."""
+    blocks = Mock(wraps=in_blocks)
+    monkeypatch.setattr(conjugacy, "in_blocks", blocks)
     a, random = precision(bits), np.random.default_rng(4)
     h = a.number(1.3342)
     given: Any = (coefficients_of(GENERIC, bits), Interval(h, 0 * h, 1), degree, n_phase, 0.1, a)
@@ -75,6 +79,9 @@ def test_order_points_are_put_into_the_normal_form_to_rounding(
     at = form.inverted(psi, *beside)
     off = np.abs(np.stack(form.placed(psi, at.u, at.v)[:2]) - beside)
     assert a.largest(off / np.abs(beside).max(axis=0)) < 2e-15 * 2.0 ** (53 - bits)
+    # Blocks have room for all terms of their points.
+    terms = sum(len(powers(degree, parity)) for parity in (0, 1))
+    blocks.assert_called_once_with((points,), terms)
 
 
 @pytest.mark.parametrize(("bits", "degree"), [(70, 21), (96, 29)])
