@@ -74,6 +74,10 @@ def test_a_killed_run_goes_on_whenever_it_was_killed(tmp_path: Path, undisturbed
             process.communicate()
             assert process.returncode in (0, -9)
             once_more(desk / "out")
+            # A file that was half written when the run was killed is tidied up a day later.
+            for left in (desk / "out").glob(".zoom.h5.*.part"):
+                os.utime(left, (0, 0))
+            once_more(desk / "out")
             same(desk / "out", undisturbed)
 
 
