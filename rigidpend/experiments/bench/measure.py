@@ -30,9 +30,8 @@ import numpy as np
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import problems, schema
 from rigidpend.experiments.bench.methods import METHODS, Entrant, finest, tolerances
-from rigidpend.experiments.bench.peers import ready
+from rigidpend.experiments.bench.peers import Make, Solver, ready
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Task
-from rigidpend.experiments.bench.solvers import Make, Solver
 from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.numbers.exact import exact

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.bench import problems, solvers
+from rigidpend.experiments.bench import problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant
-from rigidpend.experiments.bench.peers import compared, ready
+from rigidpend.experiments.bench.peers import Solver, compared, ready
 from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
-from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.experiments.principal_axes import euler_poisson_field, initial
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.start import Scales, start, states_double
@@ -111,7 +110,7 @@ def test_the_start_in_principal_axes_is_that_of_the_aligned_components() -> None
 
 @pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
 def test_what_is_written_flat_agrees_with_the_field_and_takes_arrays_too(body: Any) -> None:
-    field, written = euler_poisson_field(*body.floats()), solvers.flat(body)
+    field, written = euler_poisson_field(*body.floats()), problems.flat(body)
     orbits = np.random.default_rng(0).normal(size=(6, 5))
     one, found, rates = orbits[:, 0].tolist(), [0.0] * 6, np.empty_like(orbits)
     written(found, 0.0, one, None)

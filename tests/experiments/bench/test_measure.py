@@ -18,8 +18,8 @@ from rigidpend import Body
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import compute, measure, problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, Method
+from rigidpend.experiments.bench.peers import Solver
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Task
-from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.machine.workers import WorkerError
 from rigidpend.orbits.integrate.arithmetic import resolve
