@@ -265,7 +265,9 @@ def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[i
         if spent > seconds:
             return k, true
         orbit = task.problem, task.theta2_0[[k]], true[:, [k]]
-        taken, (codes, doubtful) = timed(partial(principal_axes.settled, *orbit, 1, seconds))
+        taken, (codes, doubtful) = timed(
+            partial(principal_axes.settled, *orbit, 1, seconds=seconds)
+        )
         if doubtful.size:
             return k, true
         true[:, [k]], spent = codes, spent + taken

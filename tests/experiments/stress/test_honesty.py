@@ -10,6 +10,7 @@ import pytest
 
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.stress import honesty, scenes
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.symbolic import NoOrbit, find_orbit
@@ -83,7 +84,7 @@ def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     monkeypatch.setattr(principal_axes, "installed", lambda: False)
     asked, doubted = problem(n_symbols=1, J1_0="1e-6"), np.full((1, 3), 9, dtype=np.uint8)
     true = honesty.true_codes(asked, np.array([0.4, 1.1, 2.0]), doubted, 1, 1)
-    assert true.tolist() == scenes.routes(asked, [0.4], 1).codes.tolist()
+    assert true.tolist() == scenes.routes(asked, [0.4], resolve()).codes.tolist()
 
 
 @pytest.mark.slow
