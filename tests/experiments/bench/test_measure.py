@@ -73,8 +73,8 @@ def test_a_variant_is_tried_at_every_tolerance_until_it_takes_longer_than_a_meet
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The median counts; what took too long is told too; the other variant begins anew."""
-    # Behind a solve that warms up, solves of 1, 5 and 2 seconds by the clock.
-    variants = {"naps": (7.0, 1.0, 5.0, 2.0)}, {"naps": (0.001,) * 4}
+    # Behind a solve that warms up, solves of 1, 2 and 5 seconds by the clock.
+    variants = {"naps": (7.0, 1.0, 2.0, 5.0)}, {"naps": (0.001,) * 4}
     monkeypatch.setitem(METHODS, "napping", Method("napping", "others", variants=variants))
 
     def lines(slowest: float) -> Any:
@@ -84,6 +84,7 @@ def test_a_variant_is_tried_at_every_tolerance_until_it_takes_longer_than_a_meet
 
     second = [(1, 0.01, 0.011), (1, 0.005, 0.006)]
     assert lines(99.0) == [(0, 0.01, 2.01), (0, 0.005, 2.005), *second]
+    assert lines(1.5) == [(0, 0.01, 1.01), (0, 0.005, 1.005), *second]
     assert lines(1.009) == [(0, 0.01, 1.01), *second]
 
 
