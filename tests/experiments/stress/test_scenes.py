@@ -136,7 +136,7 @@ def drift(tolerance: float) -> Any:
 
 def test_integrals_are_energy_length_and_projection() -> None:
     s = float(scale(GENERIC.floats()[0]))
-    M, gamma = body_from_aligned(Aligned(*conserved.passing(SCENE, 3)), GENERIC.alpha0, s)
+    M, gamma = body_from_aligned(Aligned(*SCENE.starts(3, 1e-4, 0.2 * SCENE.J2)), GENERIC.alpha0, s)
     h, half_square, along = conserved.integrals(SCENE, M, gamma)
     assert np.allclose(half_square, 0.5, rtol=1e-15)
     assert np.allclose(along, 0.2, rtol=1e-14)
