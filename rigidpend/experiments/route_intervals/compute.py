@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import Any
 
 import numpy as np
@@ -136,14 +136,8 @@ def unpacked(intervals: Data) -> list[PhaseInterval]:
 
 def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[Fraction]:
     """Shares of the line on which at least one symbol is proven, at least two, and so on."""
-    # argmax finds the first unproven symbol, but is 0 also where all are proven.
-    counts = (codes == NO_SYMBOL).argmax(axis=0)
-    counts[(codes != NO_SYMBOL).all(axis=0)] = len(codes)
-    each = list(zip(intervals, counts, strict=True))
-    return [
-        sum((of.share for of, count in each if count >= n), Fraction(0))
-        for n in range(1, len(codes) + 1)
-    ]
+    shares = [each.share for each in intervals]
+    return [sum(compress(shares, row != NO_SYMBOL), Fraction(0)) for row in codes]
 
 
 def theorems(config: Config, data: Data) -> list[str]:

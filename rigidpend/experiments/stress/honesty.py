@@ -185,18 +185,19 @@ def hard_trial() -> Trial:
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
     """A copy of the map with a smooth function of a relative size added to every table."""
     random = np.random.default_rng(seed)
-    charts = []
-    for chart in made.charts:
-        tables = []
-        for table in chart:
-            # Adding 0.0 copies an array of doubles as well as one of pairs.
-            values = table.values + 0.0
-            # Only the lowest coefficients: a smooth error, as of a wrong
-            # series, and not noise.
-            values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
-            tables.append(table._replace(values=values))
-        charts.append(type(chart)(*tables))
-    return replace(made, charts=(charts[0], charts[1]))
+
+    def other(values: Any) -> Any:
+        # Adding 0.0 copies an array of doubles as well as one of pairs.
+        values = values + 0.0
+        # Only the lowest coefficients: a smooth error, as of a wrong series, and not noise.
+        values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
+        return values
+
+    first, second = (
+        type(chart)(*(table._replace(values=other(table.values)) for table in chart))
+        for chart in made.charts
+    )
+    return replace(made, charts=(first, second))
 
 
 def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
