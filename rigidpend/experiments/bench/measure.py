@@ -13,7 +13,6 @@ Each of these is a generator of lines: dictionaries of numbers and lists, which 
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 import statistics
@@ -72,28 +71,24 @@ class Timed(NamedTuple):
     """The answer of a method, and its times in seconds."""
 
     answer: Any
-    made: float
-    """Time to make it ready."""
     first: float
+    """Time to make it ready and to solve."""
     again: float
     """Time of a warm solve: the median of those after the first."""
 
 
 def timed_solver(make: Callable[[], Solver], seconds: float) -> Timed:
     """Make a method ready, solve twice, and solve again as often as the seconds allow."""
-    made, solver = timed(make)
-    first, found = timed(solver.solve)
+    ready_in, solver = timed(make)
+    solved_in, found = timed(solver.solve)
     answer, taken = solver.read(found), [timed(solver.solve)[0]]
     while len(taken) < REPEATS and sum(taken) + taken[-1] < seconds:
         taken.append(timed(solver.solve)[0])
-    return Timed(answer, made, first, statistics.median(taken))
+    return Timed(answer, ready_in + solved_in, statistics.median(taken))
 
 
 def alone(config: schema.Config, name: str, truth: Data) -> Iterator[Line]:
     """One method: a line for each setting at Fig. 4, then one for each start of random phases."""
-    for library in METHODS[name].libraries:
-        # Imported before the clock runs, so that imports do not count as preparation.
-        importlib.import_module(library)
     task = problems.fig4(config.problem.columns, config.problem.n_symbols)
     yield from search(task, truth, name, config.search)
     yield from random_phases(config.phases, name, finest(name, config.search))
@@ -227,14 +222,12 @@ def _in_its_time(make: Make, task: Task, seconds: float) -> tuple[dict[str, floa
     Its first call has a few of them; the time of the other orbits in a second call is added.
     """
     n = few = min(PILOT, task.states.shape[1])
-    pilot = timed_solver(lambda: make(task.of(np.arange(few))), seconds)
-    answer, again = pilot.answer, pilot.again
+    answer, first, again = timed_solver(lambda: make(task.of(np.arange(few))), seconds)
     more = min(int(seconds / again * few), task.states.shape[1])
     if more > few:
         n = more
-        answer, _, _, again = timed_solver(lambda: make(task.of(np.arange(n))), seconds)
-    first = pilot.made + pilot.first + again * (n - few) / n
-    return {"orbits": n, "first": first, "again": again}, answer
+        answer, _, again = timed_solver(lambda: make(task.of(np.arange(n))), seconds)
+    return {"orbits": n, "first": first + again * (n - few) / n, "again": again}, answer
 
 
 def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[int, Any]:

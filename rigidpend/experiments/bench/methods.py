@@ -32,7 +32,7 @@ class Method(NamedTuple):
     finest: float | None = 2.0**-52
     """The finest tolerance that it accepts; None if it has no tolerance."""
     libraries: tuple[str, ...] = ()
-    """Libraries beyond NumPy, imported before anything is timed."""
+    """Libraries beyond NumPy, without which it is absent."""
     variants: tuple[Setting, ...] = ({},)
     """Settings: each is tried at every tolerance."""
     drawn: Setting = {}  # noqa: RUF012

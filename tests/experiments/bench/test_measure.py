@@ -172,7 +172,8 @@ def route(task: Task, turned: int = -1) -> Crossed:
 def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
     """Lines of methods with bodies; the method `wrong` errs in column 3; who was called with what.
 
-    Each orbit takes 2 ms by the clock, the first time with a body so many seconds more; in
+    Each orbit takes 2 ms by the clock, the first time with a body so many seconds more, and before
+    a method is ready it takes `made`; in
     principal axes an orbit takes `dear`, and in 64 bits is told `rough`, if that is not right.
     """
 
@@ -180,6 +181,8 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
         seen, called = set(), []
 
         def made(name: str, task: Task, entry: Any, threads: int) -> Solver:
+            clock[0] += more.get("made", 0.0)
+
             def solve() -> Crossed:
                 n = task.states.shape[1]
                 called.append((name, n, task.end))
@@ -254,8 +257,8 @@ def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
     """
     monkeypatch.setattr(measure, "expected_seconds", lambda _, orbits: 1e-3 * orbits)
     other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
-    [line], _ = lines("ours", 40, 0.15, longest, first=5.0, bodies=[other])
-    times = {"first": 5 + 2e-3 * n, "again": 2e-3 * n}
+    [line], _ = lines("ours", 40, 0.15, longest, first=5.0, made=0.25, bodies=[other])
+    times = {"first": 5.25 + 2e-3 * n, "again": 2e-3 * n}
     counts = {"symbols": 0, "wrong_symbols": 0, "wrong_trusted": 0, "undecided": 0}
     assert line["ours"] == pytest.approx({"orbits": n, **times, **counts})
 
