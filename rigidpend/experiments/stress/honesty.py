@@ -193,11 +193,11 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
         values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
         return values
 
-    first, second = (
+    charts: Any = (
         type(chart)(*(table._replace(values=other(table.values)) for table in chart))
         for chart in made.charts
     )
-    return replace(made, charts=(first, second))
+    return replace(made, charts=tuple(charts))
 
 
 def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:

@@ -87,6 +87,23 @@ def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     assert true.tolist() == scenes.routes(asked, [0.4], resolve()).codes.tolist()
 
 
+def test_where_doubles_differ_in_principal_axes_more_bits_tell_the_truth(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of three orbits they get one wrong; one is followed in 113 bits in any case."""
+    right, asked = np.array([[0, 1, 1]], dtype=np.uint8), list[tuple[int, list[float]]]()
+
+    def codes(_: Any, phases: Any, *, bits: int, jobs: int) -> Any:
+        asked.append((bits, phases.tolist()))
+        return right[:, phases.astype(int)] ^ ((phases == 1) & (bits == 53))
+
+    for name, told in (("installed", lambda: True), ("offers", lambda _: True), ("codes", codes)):
+        monkeypatch.setattr(principal_axes, name, told)
+    true = honesty.true_codes(problem(n_symbols=1), np.arange(3.0), right, 1, 1)
+    assert true.tolist() == right.tolist()
+    assert asked == [(53, [0, 1, 2]), (64, [1]), (113, [0])]
+
+
 @pytest.mark.slow
 def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     monkeypatch: pytest.MonkeyPatch,
