@@ -11,7 +11,6 @@ from typing import Any
 
 import mpmath
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidpend import Body
@@ -19,7 +18,7 @@ from rigidpend.mechanics.body import BodyError, angles_from_moments
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import ProblemError
 from tests.bodies import FIG4
-from tests.strategies import FINE, bodies, fine_angles, largest_difference, numbers, repeatable
+from tests.strategies import FINE, bodies, examples, fine_angles, largest_difference, numbers
 
 TABLE_1 = {
     # The paper, Table 1: alpha0, gamma0; the moments behind them are found with A1 = 2.
@@ -40,8 +39,7 @@ def test_agrees_with_table_1_to_its_five_digits(alpha0: str, gamma0: str, A: Any
     assert f"{body.gamma0:.5f}" == gamma0
 
 
-@repeatable(8)
-@given(bodies())
+@examples(8, bodies())
 def test_eq_phi_gives_the_moments_by_the_relations_after_it(body: Body) -> None:
     A, r = ([x.in_context(FINE) for x in triple] for triple in (body.A, body.r))
     p = fine_angles(body)
@@ -64,8 +62,7 @@ def test_eq_phi_of_moments_in_doubles_is_that_of_the_body() -> None:
     assert tuple(found) == pytest.approx(tuple(FIG4.angles()), rel=4e-16)
 
 
-@repeatable(8)
-@given(numbers(0.1, 3), numbers(0.02, 0.98), numbers(0, math.pi), st.fractions("1/9", 9))
+@examples(8, numbers(0.1, 3), numbers(0.02, 0.98), numbers(0, math.pi), st.fractions("1/9", 9))
 def test_agrees_from_angles_with_the_angles_given(
     gamma0: float, place: float, beta0: float, A1: Fraction
 ) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume
 from hypothesis import strategies as st
 
 from rigidpend.numbers.exact import (
@@ -26,7 +26,7 @@ from rigidpend.numbers.exact import (
     function,
 )
 from rigidpend.numbers.expressions import as_written, everywhere, named, shown
-from tests.strategies import repeatable
+from tests.strategies import examples
 
 RATIONAL: list[tuple[Any, Fraction]] = [
     ("1e-6", Fraction(1, 10**6)),
@@ -149,8 +149,7 @@ STRANGE = "".join(chr(2**k + 1) for k in range(5, 20)) + "a\0\n\x1b\xb2\u0663\u2
 
 
 @pytest.mark.slow
-@repeatable(60)
-@given(st.one_of(st.text(STRANGE), st.text(WRITTEN, max_size=12)))
+@examples(60, st.one_of(st.text(STRANGE), st.text(WRITTEN, max_size=12)))
 def test_refused_garbage_raises_nothing_but_exact_errors(text: str) -> None:
     try:
         read = exact(text)
@@ -179,8 +178,7 @@ def _larger(parts: st.SearchStrategy[Exact]) -> st.SearchStrategy[Exact]:
 
 
 @pytest.mark.slow
-@repeatable(60)
-@given(st.recursive(LEAVES, _larger, max_leaves=6))
+@examples(60, st.recursive(LEAVES, _larger, max_leaves=6))
 def test_agrees_the_text_of_an_exact_with_its_value(x: Exact) -> None:
     assume(len(str(x)) <= MAX_TEXT)
     again = exact(str(x))
@@ -200,8 +198,7 @@ NUMBERS = st.one_of(
 
 
 @pytest.mark.slow
-@repeatable(100)
-@given(NUMBERS)
+@examples(100, NUMBERS)
 def test_agrees_the_text_of_a_number_with_the_number(value: Any) -> None:
     x = exact(value)
     assert x.fraction == Fraction(*map(int, value.as_integer_ratio()))
@@ -290,8 +287,7 @@ def test_numbers_are_as_a_person_writes_them(text: str, written: str) -> None:
     assert as_written(text) == written
 
 
-@repeatable(40)
-@given(st.fractions(), st.integers(-30, 30))
+@examples(40, st.fractions(), st.integers(-30, 30))
 def test_the_number_is_the_same(x: Fraction, power: int) -> None:
     value = x * Fraction(10) ** power
     assert exact(as_written(str(value))).fraction == value
