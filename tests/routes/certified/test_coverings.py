@@ -38,7 +38,6 @@ from tests.routes.certified import offered
 from tests.routes.certified.offered import BARELY, BITS, CONFIG, Stored, agree, quad_of, said, step
 
 ALONE, WIDEST = 2.0**-5, 2.0**-12
-AT_ORBITS = Fraction(1), "C3", check_passages.WIDEST
 
 
 # ---- C6
