@@ -37,7 +37,7 @@ from tests.config.samples import content as typed
 from tests.routes.certified import offered
 from tests.routes.certified.offered import BARELY, BITS, CONFIG, Stored, agree, quad_of, said, step
 
-ALONE, WIDEST = 2.0**-5, 2.0**-12
+ALONE = 2.0**-5
 
 
 # ---- C6
