@@ -123,17 +123,6 @@ def test_a_folder_that_cannot_be_written_is_told_once(
     assert cache.load(folder / "maps", b"a") is None
 
 
-def test_every_subfolder_is_told_with_its_files_and_their_size(folder: Path) -> None:
-    assert cache.subfolders() == []
-    cache.save(folder / "maps", b"a", b"content", 999)
-    cache.save(folder / "maps", b"b", b"content", 999)
-    (folder / "old").mkdir()
-    (folder / "old" / "cache.db").write_bytes(b"12345")
-    maps, old = cache.subfolders()
-    assert (len(maps.files), maps.meaning) == (2, "return maps")
-    assert (len(old.files), old.size, old.meaning) == (1, 5, "of another version")
-
-
 def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine"
     mine.mkdir()
