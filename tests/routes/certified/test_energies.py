@@ -188,6 +188,19 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
         assert abs(w) < 1
 
 
+@pytest.mark.slow
+def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
+    """U and V of what is drawn, less the mean curve, are -1 and 1 around each set."""
+    drawn = found.data["drawn"]
+    for quad, chi, d in zip(found.quads, drawn["chi"], drawn["d"], strict=True):
+        g, alike = -np.sin(chi), [x for x in found.quads if x.rising == quad.rising]
+        mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
+        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p, dtype=float))
+        U = off / float(quad.a)
+        V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
+        np.testing.assert_allclose(np.maximum(abs(U), abs(V)), 1, atol=1e-6)
+
+
 def test_longer_passages_ask_for_more_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     """They are nearer to a surface by exp(2 pi Lambda) for two more, here of Lambda = 1/sqrt(8)."""
     monkeypatch.setattr(horseshoe, "quads", lambda _: [SimpleNamespace(b=x) for x in (2e-7, 1e-7)])
