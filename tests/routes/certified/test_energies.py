@@ -190,8 +190,9 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
 
 @pytest.mark.slow
 def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
-    """U and V of what is drawn, less the mean curve, are -1 and 1 around each set."""
+    """U and V of what is drawn, less the mean curve, are -1 and 1 all around each set."""
     drawn = found.data["drawn"]
+    np.testing.assert_allclose(drawn["d"][:, -1], drawn["d"][:, 0], rtol=1e-9)
     for quad, chi, d in zip(found.quads, drawn["chi"], drawn["d"], strict=True):
         g, alike = -np.sin(chi), [x for x in found.quads if x.rising == quad.rising]
         mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
