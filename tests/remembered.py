@@ -1,7 +1,5 @@
 """Functions that compute once what they are asked again."""
 
-from __future__ import annotations
-
 import io
 import pickle
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Bodies under the paper's conditions, states, derivatives and comparisons that tests share."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction

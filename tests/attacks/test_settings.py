@@ -1,7 +1,5 @@
 """Configs of any content and settings that would work for ever: loaded, or refused in a line."""
 
-from __future__ import annotations
-
 import random
 import re
 import sys

@@ -1,7 +1,5 @@
 """What is shown of configs and results, and of what is kept and installed here."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

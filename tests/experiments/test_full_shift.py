@@ -1,7 +1,5 @@
 """The experiment `full_shift`: what it proves, what it says where it does not, and its report."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 from unittest.mock import Mock

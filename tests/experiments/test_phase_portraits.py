@@ -3,8 +3,6 @@
 That free bodies move along such curves is tested with `mechanics.free_body`.
 """
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 

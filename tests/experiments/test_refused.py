@@ -1,7 +1,5 @@
 """What a config of an experiment may not ask for is refused, where it is written."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

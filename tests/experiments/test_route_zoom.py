@@ -1,7 +1,5 @@
 """Zooms into Fig. 4: the change of symbol is found, and its surroundings repeat."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """The experiment `splitting`: what its results say, and results told apart."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 from typing import Any

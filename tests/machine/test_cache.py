@@ -1,7 +1,5 @@
 """Kept files are used only if undamaged and of what is asked for; the cache is a folder of them."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

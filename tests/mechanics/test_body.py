@@ -1,7 +1,5 @@
 """The body's angles against the paper's own numbers and relations, and what is refused."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import re

@@ -1,7 +1,5 @@
 """Maps between descriptions of a state: geometry, brackets, round trips, degenerate states."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

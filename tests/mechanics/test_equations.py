@@ -1,7 +1,5 @@
 """Fields against the gradients of their Hamiltonians, and descriptions against each other."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

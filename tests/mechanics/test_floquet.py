@@ -1,7 +1,5 @@
 """Periodic orbits against integrated ones, linearised integration, T1 and T2, and limits."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

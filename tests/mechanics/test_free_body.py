@@ -1,7 +1,5 @@
 """The free body: its orbits on the sphere, and its separatrices in time, to the last digit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Motions in space: the increments of (tri1) and their order, (eqPV) and (th_al) integrated."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Pendulum motions against the equations of motion, motions beside them against (eq1)."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Numbers taken exactly: what is read, kept, refused, and written as a person writes it."""
 
-from __future__ import annotations
-
 import functools
 import math
 import pickle

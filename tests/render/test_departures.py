@@ -17,8 +17,6 @@ A2 + A3 > A1, which body a of Table 1 has not       tests/mechanics/test_body.py
 =================================================== =========================================
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Certificates: written, read, checked again; what they may ask for, and a proof of work."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re

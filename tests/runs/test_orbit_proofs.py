@@ -1,7 +1,5 @@
 """Proofs that an orbit with a given code exists: made, checked by both checkers, and spoilt."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Iterator

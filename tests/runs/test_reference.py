@@ -1,7 +1,5 @@
 """References: other builds and engines pass, as on another processor; and how they are renewed."""
 
-from __future__ import annotations
-
 import datetime
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Melnikov's integral against derivatives, sums and orbits, and orbits beside a separatrix."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The kernel: its arithmetic, and the machine code on disk; and the integers that check it."""
 
-from __future__ import annotations
-
 import platform
 from fractions import Fraction
 from itertools import islice

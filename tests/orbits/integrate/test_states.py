@@ -1,7 +1,5 @@
 """States at given times and at first crossings: tolerance, engines and numbers, integrals."""
 
-from __future__ import annotations
-
 import functools
 import math
 from fractions import Fraction

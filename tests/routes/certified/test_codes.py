@@ -1,7 +1,5 @@
 """Certified codes: against 113 bits, of configs, and where none is proven."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 from typing import Any

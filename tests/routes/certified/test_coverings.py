@@ -3,8 +3,6 @@
 Where a limit lies is computed here, in doubles, from docs/full-shift.md.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction

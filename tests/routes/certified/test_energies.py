@@ -1,7 +1,5 @@
 """Sets that move with the energy: starts of one J2_0, intervals of energies, by both checkers."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

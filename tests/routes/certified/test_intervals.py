@@ -1,7 +1,5 @@
 """Symbols of whole intervals of starts: proven by both checkers, against 113 bits, and spoilt."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re
