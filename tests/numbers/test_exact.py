@@ -226,6 +226,9 @@ def test_agrees_a_double_too_large_or_small_with_its_limit() -> None:
     assert float(exact("pi*1e400")) == math.inf
     assert float(exact("1e-400")) == 0
     assert float(exact("pi - (pi + 1e-100)")) == -1e-100, "what cancels beyond all guard bits"
+    assert float(exact("sin(pi)*sin(pi)")) == 0, "no smaller than a product of zeros"
+    with pytest.raises(ExactError, match=r"beyond 2\*\*40000 or its inverse"):
+        exact("pi*1e-5000*1e-5000*1e-5000").at(53)
 
 
 def test_agrees_operators_with_a_number_on_either_side() -> None:
