@@ -1,7 +1,5 @@
 """The experiment `asymptotic_surfaces`: the surfaces of Fig. 3, and results told apart."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

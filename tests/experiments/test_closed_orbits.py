@@ -1,7 +1,5 @@
 """The experiment `closed_orbits`: counts, averages, verification, results told apart."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Comparing two results by what their layout declares: doubles within bounds, all else exactly."""
 
-from __future__ import annotations
-
 import functools
 import operator
 from typing import Any

@@ -1,7 +1,5 @@
 """The experiment `herpolhodes`: its routes, and those that are no result."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

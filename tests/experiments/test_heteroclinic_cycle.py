@@ -1,7 +1,5 @@
 """The experiment `heteroclinic_cycle`: the graph is the one of the flow."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

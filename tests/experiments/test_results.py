@@ -1,7 +1,5 @@
 """What all results have in common: they are what their file holds, and in parts what was asked."""
 
-from __future__ import annotations
-
 import functools
 import operator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Results as trees of plain arrays, as they are read from a file."""
 
-from __future__ import annotations
-
 import copy
 import functools
 from collections.abc import Callable, Mapping

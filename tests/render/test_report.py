@@ -1,7 +1,5 @@
 """The report: complete, self-contained, safe, and the paper's numbers beside the file's."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

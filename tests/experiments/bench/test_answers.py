@@ -1,7 +1,5 @@
 """Every method finds the symbols of Fig. 4, and crossing times to what its knob promises."""
 
-from __future__ import annotations
-
 import functools
 import multiprocessing
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """How it is measured: search within its budget, meeting in turn, symbols counted, the worker."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from dataclasses import replace

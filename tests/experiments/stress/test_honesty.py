@@ -1,7 +1,5 @@
 """A lie would be found; orbits are found and read back, and what goes wrong is found out."""
 
-from __future__ import annotations
-
 from typing import Any
 from unittest.mock import Mock
 

@@ -1,7 +1,5 @@
 """Starts are where they say; extremes are what they are named; what is conserved is kept."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any

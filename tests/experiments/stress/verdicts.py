@@ -1,7 +1,5 @@
 """Trials tried, and their verdicts; what the small config asks for, with other settings."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigidpend.experiments.stress import scenes
