@@ -240,8 +240,8 @@ def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
         limit = most(stored, fresh) if callable(most) else most
-        known, free = np.isfinite(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
-        held = arrays(name, known, np.isfinite(fresh[name]), free)
+        known, free = ~np.isnan(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
+        held = arrays(name, known, ~np.isnan(fresh[name]), free)
         return held or beyond(name, np.where(known, np.abs(fresh[name]), 0.0), limit)
 
     return Bound(apart)
