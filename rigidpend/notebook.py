@@ -267,7 +267,7 @@ def orbit(
     theta2_0 : number
         Initial phase, radians.
     h0, J1_0 : number
-        Energy constant, and initial action, dimensionless.
+        Energy constant, physical units as mu; and initial action, dimensionless.
     time : float
         Duration in t', dimensionless.
     step : float, optional

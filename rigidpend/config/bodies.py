@@ -128,7 +128,7 @@ class Axis(Part):
     """Adjacent cells of an axis between two ends."""
 
     ends: Range
-    """The ends, ascending; radians, the decadic logarithm, or dimensionless."""
+    """The ends, ascending; radians, a decadic logarithm, or physical units for mu and h0."""
     count: Annotated[Whole, ENDS]
     """Number of cells; each is computed at its middle."""
 

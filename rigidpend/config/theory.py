@@ -16,7 +16,7 @@ from rigidpend.mechanics import floquet, in_space
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.free_body import SEPARATRICES
 from rigidpend.mechanics.pendulum import Delta_1
-from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.exact import Exact, context, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
@@ -64,9 +64,14 @@ def _first_order(p: Angles, h0: float, J2_0: float) -> Iterator[Row]:
     for epsilon, beside in ((1, "2 and 4"), (-1, "1 and 3")):
         meaning = f"rad, largest swing of theta1 beside separatrices {beside}, to O(mu)"
         yield number_row(f"Delta_1({epsilon:+d})", meaning, Delta_1(p, h0, epsilon, np))
-    amplitudes = [melnikov.amplitude(n, J2_0, p, np) for n in SEPARATRICES]
+    # In numbers without a least exponent: amplitudes may be far below all doubles, but not zero.
+    m = context(53)
+    wide = Angles(*map(m.mpf, p))
+    amplitudes = [melnikov.amplitude(n, m.mpf(J2_0), wide, m) for n in SEPARATRICES]
+    written = ", ".join(repr(float(x)) if float(x) or not x else m.nstr(x, 3) for x in amplitudes)
     meaning = "of cos(delta + theta2_0), separatrices 1 to 4"
-    yield number_row("Melnikov amplitude", meaning, *amplitudes)
+    row = number_row("Melnikov amplitude", meaning, *map(float, amplitudes))
+    yield row._replace(value=written)
 
 
 def _zeros(problem: RouteProblem) -> Iterator[Row]:

@@ -223,8 +223,8 @@ def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
         limit = most(stored, fresh) if callable(most) else most
-        known, free = np.isfinite(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
-        gaps = arrays(name, known, np.isfinite(fresh[name]), free)
+        known, free = ~np.isnan(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
+        gaps = arrays(name, known, ~np.isnan(fresh[name]), free)
         errors = np.where(known, np.abs(fresh[name]), 0.0)
         told = "{} is stated, at most {:.2g} is declared"
         return gaps or arrays(name, np.zeros(errors.shape), errors, limit, told)

@@ -58,6 +58,7 @@ class Progress:
         self._period = PERIOD if self._changing else LOG_PERIOD
         self._start = self._moved = time()
         self._ended, self._done, self._said = 0, 0.0, ""
+        self._whole = sum(expected.values()) + total - len(expected)
         self._lines, self._shares = dict[str, str](), dict[str, float]()
         self._bar: tqdm[Any] | None = None
         self._lock, self._over = threading.RLock(), threading.Event()
@@ -109,7 +110,8 @@ class Progress:
         if more > 0:
             self._shares[name], self._moved = share, time()
             self._done += more * self._expected.get(name, 1.0)
-            if bar and bar.update(self._done - bar.n) and not self._changing:
+            # The shares may add up to a rounding more than the whole, and -00:00 would be left.
+            if bar and bar.update(min(self._done, self._whole) - bar.n) and not self._changing:
                 self._print(str(bar))
 
     def _due_bar(self) -> tqdm[Any] | None:
@@ -118,10 +120,9 @@ class Progress:
         if late and self._bar is None and not self._quiet and not self._verbose:
             from tqdm import tqdm
 
-            whole = sum(self._expected.values()) + self._total - len(self._expected)
-            of = f" of about {duration(whole / self._at_once)}" if self._expected else ""
+            of = f" of about {duration(self._whole / self._at_once)}" if self._expected else ""
             self._bar = tqdm(
-                total=whole,
+                total=self._whole,
                 # An earlier run may have done it, which tells nothing of the pace.
                 initial=self._done,
                 bar_format=f"[{{percentage:.0f}} %{of}, {{elapsed}}, {{remaining}} left] {{desc}}",

@@ -47,6 +47,8 @@ _SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = MAX_CHARACTERS // 2
 def as_written(text: str) -> str:
     """Write a rational number ``p/q`` as a decimal if a short one is exact, else leave the text.
 
+    Short are up to `DIGITS` digits, or as many as the text has characters.
+
     >>> as_written("3/2"), as_written("1/100000000"), as_written("1/3"), as_written("3*pi/40")
     ('1.5', '1e-8', '1/3', '3*pi/40')
     """
@@ -56,7 +58,7 @@ def as_written(text: str) -> str:
         value = Fraction(text)
     except ZeroDivisionError:
         return text
-    with localcontext(prec=DIGITS):
+    with localcontext(prec=max(DIGITS, len(text))):
         rounded = (Decimal(value.numerator) / Decimal(value.denominator)).normalize()
     # A decimal that is merely close would be another number.
     if Fraction(rounded) != value:

@@ -49,7 +49,7 @@ class Cells(NamedTuple):
 def cell_problem(problem: RouteProblem, values: Mapping[str, Scalar]) -> RouteProblem:
     """The problem with other values of some parameters, taken as exact, by their names in `AXES`.
 
-    beta0 and alpha0 are in radians, the others dimensionless. ParameterError is raised for a value
+    beta0 and alpha0 are in radians, mu and h0 are physical. ParameterError is raised for a value
     that the problem or the body excludes.
     """
     h0, J1_0 = problem.h0, problem.J1_0

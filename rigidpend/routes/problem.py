@@ -41,8 +41,9 @@ def check_energy(name: str, h: Exact, mu: Exact) -> None:
 class RouteProblem:
     """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa).
 
-    All are dimensionless and taken exactly. ProblemError says which condition is broken: h0 > mu,
-    and 0 < J1_0 < J2_0 but not on the section J1 = J2/2.
+    J1_0 and J2_0 are dimensionless, h0 is in physical units, as mu; all are taken exactly.
+    ProblemError says which condition is broken: h0 > mu, and 0 < J1_0 < J2_0 but not on the section
+    J1 = J2/2.
     """
 
     body: Body

@@ -52,7 +52,10 @@ def amplitude(number: int, J2_0: Any, p: Angles, m: Elementary = np) -> Any:
     On separatrices 2 and 4 it is never zero, as 0 < alpha0 + beta0 < 2 pi; on 1 and 3 it is zero in
     the Hess case alpha0 = beta0.
     """
-    lean = m.sin(theta1(number, p, m) / 2)
+    # Separatrices 3 and 4 lie a turn beyond 1 and 2, where the sine of theta1/2 is opposite.
+    # That of a rounded theta1 would not be zero in the Hess case.
+    near, side = (number - 2, -1) if number > 2 else (number, 1)
+    lean = side * m.sin(theta1(near, p, m) / 2)
     return -direction(number) * 2 / (p.kappa * J2_0) * lean * decay(p.nu, m)
 
 

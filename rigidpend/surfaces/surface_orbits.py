@@ -36,7 +36,7 @@ class UnstableSurface(NamedTuple):
     p: Angles
     """Angles of the body, with guard bits; beta0 < 0 if separatrix 1 is in the place of 2."""
     h0: Any
-    """Energy constant of all orbits of the surface, dimensionless."""
+    """Energy constant of all orbits of the surface, physical units."""
     bits: int
     """Working precision of the integration."""
 

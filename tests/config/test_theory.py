@@ -70,6 +70,20 @@ def test_zeros_are_told_with_their_distance_from_changes_of_the_first_symbol(
     assert said in row.meaning
 
 
+def test_melnikov_s_amplitude_is_zero_in_the_hess_case_alone() -> None:
+    """On separatrices 1 and 3; amplitudes below all doubles are written, and not as zeros."""
+
+    def written(body: Body) -> list[str]:
+        [row] = [x for x in theory_rows(body, "1.3") if x.name == "Melnikov amplitude"]
+        return row.value.split(", ")
+
+    hess = written(Body((2, 1, "1.5"), (1, exact("sqrt(2)"), 0), "0.01"))
+    assert hess[::2] == ["0.0", "0.0"]
+    assert [x.removeprefix("-") for x in hess[1::2]] == [hess[3]] * 2
+    nearly_round = written(Body((2, "1.999999", "1.9999995"), (1, 1, 0), "0.001"))
+    assert nearly_round == ["-1.3e-2728755", "-1.04e-2728748", "1.3e-2728755", "1.04e-2728748"]
+
+
 def test_what_is_not_hyperbolic_or_not_resolved_is_said_to_be_so() -> None:
     elliptic = Body.from_angles(0.3, 3.0, 0.25, 0.5), 1
     edge = Body((2, 1, "1.5"), (1, 1, 0), 1), "1 + 1e-20"

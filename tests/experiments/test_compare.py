@@ -65,6 +65,7 @@ def tree() -> dict[str, Any]:
         ("e", (0,), -0.25, "a/e[0]: 0.25 is stated, at most 0.2 is declared"),
         ("e", (0,), np.nan, "a/e[0]: stored True, computed False"),
         ("e", (1,), 0.1, "a/e[1]: stored False, computed True"),
+        ("e", (1,), np.inf, "a/e[1]: stored False, computed True"),
         ("r", (0,), 1.0625, None),
         ("r", (0,), 1.25, "a/r[0]: stored 1, computed 1.25 (may differ by 0.1)"),
         ("m", (0,), 1.25, None),

@@ -203,6 +203,24 @@ def test_no_two_ticks_of_separatrices_overlap_for_any_body(alpha0: float) -> Non
     assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
+def test_ticks_of_a_tiny_plane_leave_room_for_each_other_and_for_its_labels() -> None:
+    """Ends that agree in 13 digits: what they share is told once."""
+    result = reference("route_map")
+    del result["data"]["zooms"]
+    for axis, middle in (("x", 1.5), ("y", 1e-3)):
+        values = result["data"][axis]
+        values[:] = middle * (1 + 1e-13 * np.linspace(0, 1, len(values)))
+    figure = styled(result, laid_out=True)
+    [axes] = figure.axes
+    across, upwards = (
+        [text.get_window_extent() for text in texts if text.get_text()]
+        for texts in (axes.get_xticklabels(), axes.get_yticklabels())
+    )
+    assert all(left.x1 < right.x0 for left, right in pairwise(across))
+    assert min(box.x0 for box in upwards) > axes.yaxis.label.get_window_extent().x1 > 0
+    assert axes.xaxis.get_offset_text().get_text()
+
+
 def copies(group: Any, name: str, count: int) -> None:
     """Leave so many of a member; what follows an underscore in a name must not be lowered."""
     member = group[name]

@@ -77,6 +77,16 @@ def test_the_time_left_is_estimated_from_shares_by_what_experiments_are_expected
     assert log() == ""
 
 
+def test_at_the_end_no_time_is_left_and_none_less_than_none(
+    log: Callable[[], str], clock: SimpleNamespace
+) -> None:
+    """The whole is a sum of doubles, which may be a rounding less than what is done."""
+    shown = Progress(1, {"a": 0.9})
+    for clock.now in (12.0, 24.0):
+        shown.hear("a", PartDone("part", clock.now, 24))
+    assert log().splitlines()[-1].startswith("[100 % of about 1 s, 00:24, 00:00 left]")
+
+
 def test_finished_parts_of_an_earlier_run_tell_nothing_of_the_pace(
     log: Callable[[], str], clock: SimpleNamespace
 ) -> None:

@@ -15,7 +15,7 @@ class Problem(HeavyBody):
     """A heavy body, and limits on the doubly asymptotic orbits that are sought."""
 
     h: Number
-    """Energy of all orbits (eq. h0_new), dimensionless."""
+    """Energy of all orbits (eq. h0_new), h > mu; physical units, as mu."""
     J1_0: Number
     """Action at which theta2_0 of an orbit is stated, dimensionless, small beside J2."""
     symbols: Annotated[Whole, Field(ge=0, le=8)]

@@ -15,7 +15,7 @@ class Problem(HeavyBody):
     """A heavy body, and the words that its closed orbits repeat."""
 
     h: Number
-    """Energy of all orbits (eq. h0_new), dimensionless."""
+    """Energy of all orbits (eq. h0_new), h > mu; physical units, as mu."""
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
     """Half rotations of every passage; fewer of them stretch less."""
     longest: Annotated[Whole, Field(ge=1, le=10)]

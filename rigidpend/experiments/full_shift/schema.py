@@ -17,9 +17,9 @@ class Problem(HeavyBody):
     """A heavy body and the energy at which every code is to be proven to occur."""
 
     h: Auto[Number] = None
-    """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0; given unless h0 is."""
+    """Energy of all orbits (eq. h0_new), h > mu > 0; physical units, as mu; given unless h0 is."""
     h0: Auto[Number] = None
-    """Energy constant kappa J2_0^2/2 of Fig. 4's own line, dimensionless, in the place of h."""
+    """Energy constant kappa J2_0^2/2 of Fig. 4's own line, physical units, in the place of h."""
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
     half_turns: Auto[Annotated[Whole, Field(ge=1, le=100)]] = None

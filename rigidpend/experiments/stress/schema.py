@@ -73,7 +73,7 @@ class Problem(HeavyBody):
     """The body of trials that have none of their own, and the numbers of trials."""
 
     h0: Number
-    """Energy constant, h0 > mu, dimensionless."""
+    """Energy constant, h0 > mu; physical units, as mu."""
     J1_0: Number
     """Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2."""
     seed: Whole = 1

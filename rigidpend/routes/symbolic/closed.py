@@ -132,7 +132,7 @@ def closed_orbit(
         Symbols, read from a passage past the upper periodic orbit on. A text may begin with the
         cell of the first crossing, `a` or `b`; the default is `a`.
     h : number
-        Energy (eq. h0_new), dimensionless.
+        Energy (eq. h0_new), physical units, as mu.
     half_turns : int, optional
         Half rotations of every passage; by default the fewest with which all crossings stay within
         0.36 half rotations of the middles of their cells.

@@ -118,7 +118,7 @@ class ChainLevel:
 
     @staticmethod
     def of(body: Body, h: Scalar) -> ChainLevel:
-        """The level of a body at an energy, dimensionless; MapError where it has no map."""
+        """The level of a body at an energy, physical units; MapError where it has no map."""
         return ChainLevel(return_map(body, h=h), h)
 
     def _split(self, rising: bool) -> float:

@@ -33,7 +33,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.orbits.return_map.reduced import coefficients, lift, reduced
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import ChainLevel
@@ -187,11 +187,17 @@ class Launch:
 
     def _action(self, psi: Array, Qp: Array, Qm: Array, M1: Array, M2: Array) -> Array:
         """J1 from M and the energy, of the mirrored orbits, which have M3 > 0."""
-        k, across = self.doubles.aligned, M1 * M1 + M2 * M2
-        lifted = k.mu_r1 * np.cos(psi) - k.mu_r2 * np.sin(psi)
-        J2 = np.sqrt(2 * (self.level.h - lifted + Qp * Qm / 2) / k.kappa)
+        c, across, turn = self.doubles, M1 * M1 + M2 * M2, (np.cos(psi), np.sin(psi))
+        high, drop = self.level.h - lift(turn, c) + Qp * Qm / 2, 0 * across
+        # The energy tells J2 but for `drop`, which is about mu J1 and depends on J2 itself.
+        for _ in range(MOST_ITERATIONS):
+            before, J2 = drop, np.sqrt(2 * (high + drop) / c.aligned.kappa)
+            M3 = np.sqrt(J2 * J2 - across)
+            drop = reduced((Qp, Qm), turn, (J2, M3, 1 / J2, 1 / (J2 + M3)), c).drop
+            if np.abs(drop - before).max(initial=0.0) < 1e-16 * self.level.h:
+                break
         # J1 = (J2 - M3)/2 without the difference, of which tiny J1 leaves nothing.
-        return np.asarray(across / (2 * (J2 + np.sqrt(J2 * J2 - across))))
+        return np.asarray(across / (2 * (J2 + M3)))
 
     def at_J1_0(self, begin: Array, states: Numbers, jobs: int) -> list[Fraction]:
         """theta2_0 in [0, 2 pi) of orbits: their theta2 where J1 has grown to J1_0.
@@ -215,8 +221,8 @@ class Launch:
         J1 = (M1 * M1 + M2 * M2) / (2 * (J2 - M3))
         here = (self.p.beta0 + 2 * a.atan2(M1, M2), J1, theta2, J2)
         wide: Any = a
-        # Midpoint steps in time, from J1 here to J1_0. The first is some 1e-12 long and leaves
-        # about its square, the second leaves nothing.
+        # Midpoint steps in time, from J1 here to J1_0. The first is some 1e-14 long and leaves
+        # about its cube, the second leaves nothing.
         for _ in range(2):
             rates = eq1(here, self.p, wide)
             time = (self.J1_0 - here[1]) / rates[1]

@@ -95,6 +95,28 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
     assert max(off) < LAST_DIGIT
 
 
+# By an integrator that shares nothing with this package, in 51 digits: on either side of these
+# phases, 1e-29 rad away, the orbits of the surface leave the upper periodic orbit on other sides.
+HEAVIER = {
+    "1e-6": ("2.745854586762325526185369847562", "5.918165835923858015438593339897"),
+    "1e-3": ("1.374413265815075879820365419521", "4.514191009768489163323338018881"),
+}
+
+
+@pytest.mark.parametrize("J1", HEAVIER)
+def test_phases_have_30_digits_where_mu_J1_0_is_large_too(J1: str) -> None:
+    """The clock of the map takes the starts to J1_0; it must not err by mu J1_0."""
+    heavy = ChainLevel.of(Body(A=(3, "1.3", "2.2"), r=(3, 1, 0), mu="0.02"), exact("0.8"))
+    [(rough, _)] = skeleton(heavy, 0, 9)
+    found = sharp(Launch(heavy, exact(J1)), doubly_asymptotic(heavy, rough))
+    off = [
+        abs(x - Fraction(known))
+        for x, known in zip(sorted(found.theta2_0), HEAVIER[J1], strict=True)
+    ]
+    assert max(off) < LAST_DIGIT
+    assert max(found.error) < sharp_module.FINEST_ERROR
+
+
 @functools.cache
 def displaced() -> tuple[DoublyAsymptotic, DoublyAsymptotic]:
     """Orbits with one symbol where surfaces are split by 3e-14, with roundings of two kinds."""
