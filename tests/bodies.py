@@ -1,7 +1,5 @@
 """The bodies of the paper's figures, one that is special in nothing, and orbits of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigidpend import Body

@@ -1,7 +1,5 @@
 """Code in a fresh Python."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

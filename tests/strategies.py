@@ -1,14 +1,12 @@
 """Bodies under the paper's conditions, states, derivatives and comparisons that tests share."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mpmath import MPContext
 
@@ -37,6 +35,13 @@ def repeatable(examples: int) -> settings:
         database=None,
         suppress_health_check=[HealthCheck.too_slow],
     )
+
+
+def examples(count: int, *of: Any, **named: Any) -> Callable[[Any], Any]:
+    """A property of so many random examples."""
+    drawn: Any = given(*of, **named)
+    repeated: Any = repeatable(count)
+    return lambda test: repeated(drawn(test))
 
 
 def numbers(least: float, most: float) -> st.SearchStrategy[float]:

@@ -1,7 +1,5 @@
 """Values that no argument means, and limits: each is refused in one sentence, or works."""
 
-from __future__ import annotations
-
 import inspect
 import itertools
 import re

@@ -1,7 +1,5 @@
 """What imports what: a command nothing heavy before it needs it, no floor what is above it."""
 
-from __future__ import annotations
-
 import configparser
 import json
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """Keys under which something is kept: each of what it follows from makes another key."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path

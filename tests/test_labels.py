@@ -1,7 +1,5 @@
 """Labelled equations have one home and a test each; docstrings begin with whole phrases."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections import Counter, defaultdict

@@ -1,7 +1,5 @@
 """The mutation runner: what it changes, which tests it asks, and what it takes for a verdict."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Notebooks: results with labels, computed in a line, drawn; orbits; tables with values by name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The README, the guide for contributors and the pages of the documentation against the code."""
 
-from __future__ import annotations
-
 import functools
 import re
 import shlex

@@ -1,7 +1,5 @@
 """What tools in scripts/ say: the audit of versions, stated errors, the page of the return map."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

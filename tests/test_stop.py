@@ -1,7 +1,5 @@
 """A stop is a stop, whatever computes: work ends soon where a signal or Ctrl-C asks for it."""
 
-from __future__ import annotations
-
 import faulthandler
 import os
 import signal

@@ -3,8 +3,6 @@
 With it a mutant that breaks a property is told in seconds, where shrinking takes a minute.
 """
 
-from __future__ import annotations
-
 from hypothesis import Phase, settings
 
 settings.register_profile("unshrunk", phases=(Phase.explicit, Phase.reuse, Phase.generate))

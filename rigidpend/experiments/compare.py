@@ -139,49 +139,32 @@ def _shapes(place: str, stored: tuple[int, ...], fresh: tuple[int, ...]) -> list
     return [] if stored == fresh else [Difference(place, stored, fresh, words=said)]
 
 
-def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Difference]:
+def arrays(
+    place: str, stored: Any, fresh: Any, allowed: Any = 0.0, said: str = ""
+) -> list[Difference]:
     """The worst difference of two arrays, if it exceeds the allowed one (a number, or for each).
 
     Floats are compared within the allowed difference, and not where it is infinite; NaN equals
-    NaN. All other kinds must be equal.
+    NaN. All other kinds must be equal. `said` replaces the words on the values, with places for
+    the computed one and for the allowed difference.
     """
     a, b = np.asarray(stored), np.asarray(fresh)
     if found := _shapes(place, a.shape, b.shape):
         return found
-    excess = _excess(a, b, np.broadcast_to(allowed, a.shape))
+    most = np.broadcast_to(allowed, a.shape)
+    excess = _excess(a, b, most)
     if not excess.any():
         return []
-    at, index = _worst(excess)
-    limit = float(np.broadcast_to(allowed, a.shape)[at]) if a.dtype.kind == "f" else 0.0
-    count = int((excess > 0).sum())
-    aside = [f"may differ by {limit:.2g}"] if limit else []
-    aside += [f"{count} of {excess.size} differ"] if count > 1 else []
-    words = f": stored {shown(a[at])}, computed {shown(b[at])}"
-    words += f" ({', '.join(aside)})" if aside else ""
-    return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
-
-
-def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
-    """The worst of the errors that a result states of itself, if it exceeds the declared bound.
-
-    NaN, an unknown error, exceeds every bound except an infinite one, which admits anything.
-    """
-    errors, most = np.asarray(stated), np.broadcast_to(declared, np.shape(stated))
-    # Negated, because every comparison with NaN is false.
-    over = ~(errors <= most) & ~np.isinf(most)
-    if not over.any():
-        return []
-    ratio = np.divide(errors, most, out=np.zeros(errors.shape), where=over)
-    at, index = _worst(np.nan_to_num(ratio, nan=np.inf))
-    limit = float(most[at])
-    words = f": {shown(errors[at])} is stated, at most {limit:.2g} is declared"
-    return [Difference(f"{place}{index}", limit, errors[at], limit, words)]
-
-
-def _worst(excess: Any) -> tuple[Any, str]:
-    """The index of the largest element, and its text as a suffix of a name."""
     at = np.unravel_index(np.argmax(excess), excess.shape)
-    return at, f"[{', '.join(map(str, at))}]" if at else ""
+    limit = float(most[at]) if a.dtype.kind == "f" else 0.0
+    count = int((excess > 0).sum())
+    aside = [f"may differ by {limit:.2g}"] if limit and not said else []
+    aside += [f"{count} of {excess.size} differ"] if count > 1 else []
+    old, new = shown(a[at]), shown(b[at])
+    words = said.format(new, limit) if said else f"stored {old}, computed {new}"
+    words = f": {words}" + (f" ({', '.join(aside)})" if aside else "")
+    index = f"[{', '.join(map(str, at))}]" if at else ""
+    return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
 
 
 def _excess(a: Any, b: Any, allowed: Any) -> Any:
@@ -241,7 +224,9 @@ def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
         limit = most(stored, fresh) if callable(most) else most
         known, free = np.isfinite(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
-        held = arrays(name, known, np.isfinite(fresh[name]), free)
-        return held or beyond(name, np.where(known, np.abs(fresh[name]), 0.0), limit)
+        gaps = arrays(name, known, np.isfinite(fresh[name]), free)
+        errors = np.where(known, np.abs(fresh[name]), 0.0)
+        told = "{} is stated, at most {:.2g} is declared"
+        return gaps or arrays(name, np.zeros(errors.shape), errors, limit, told)
 
     return Bound(apart)

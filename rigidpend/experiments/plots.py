@@ -110,12 +110,10 @@ def legend_above(axes: Axes, handles: list[Any], ncols: int) -> None:
     axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
 
 
-def panel(
-    figure: Figure, left: float, bottom: float, width: float, height: float, label: str = ""
-) -> Axes:
+def panel(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
     """Add axes to a figure in inches, from its lower left corner."""
     wide, high = map(float, figure.get_size_inches())
-    return figure.add_axes((left / wide, bottom / high, width / wide, height / high), label=label)
+    return figure.add_axes((left / wide, bottom / high, width / wide, height / high))
 
 
 def column_edges(phases: Array) -> Array:

@@ -161,21 +161,22 @@ def settled(
     phases: Any,
     doubted: NDArray[np.uint8],
     jobs: int,
+    ladder: Sequence[int] = TRUTH_BITS,
     seconds: float = math.inf,
 ) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
     """The true symbols of orbits, and the orbits that stay in doubt.
 
-    64 bits, far cheaper than 113, settle orbits whose symbols agree with the `doubted` ones, which
-    were found by other means. The others are decided by 113 bits, if heyoka offers them and they
-    are expected to take no more than `seconds`.
+    Each precision of a `ladder` that heyoka offers settles orbits whose symbols agree with the
+    `doubted` ones, which were found by other means; the last one decides all others. None begins
+    that is expected to take more than `seconds`.
     """
     true, columns = doubted.copy(), np.arange(len(phases))
-    for bits in filter(offers, TRUTH_BITS):
+    for bits in filter(offers, ladder):
         begun = time.perf_counter()
         if columns.size:
             true[:, columns] = codes(problem, phases[columns], bits=bits, jobs=jobs)
         differ = (true[:, columns] != doubted[:, columns]).any(axis=0)
-        columns = columns[differ & (bits != TRUTH_BITS[-1])]
+        columns = columns[differ & (bits != ladder[-1])]
         if DEARER * (time.perf_counter() - begun) > seconds:
             break
     return true, columns

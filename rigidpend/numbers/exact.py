@@ -136,7 +136,7 @@ class Exact:
             finer = self._rounded(bits, guard)
             # Zero never counts as settled: with more bits it may turn out to be only tiny.
             if finer == value != 0:
-                return value
+                return self._within(value)
             value = finer
         # Thousands of bits have cancelled: the value counts as 0.
         if abs(value) < context(bits).mpf(2) ** (-MOST_BITS // 4):
@@ -144,7 +144,10 @@ class Exact:
         raise ExactError(f"{shown(self.text)} cannot be told from its rounding errors")
 
     def _rounded(self, bits: int, guard: int) -> Any:
-        value = context(bits).mpf(self.over(context(bits + guard)))
+        return context(bits).mpf(self.over(context(bits + guard)))
+
+    def _within(self, value: Any) -> Any:
+        """A settled value, of a size that is taken: what cancels is smaller with each guard bit."""
         if abs(_magnitude(value)) > MAX_SIZE:
             raise ExactError(f"{shown(self.text)}: beyond 2**{MAX_SIZE} or its inverse")
         return value

@@ -34,8 +34,9 @@ class ResultSection(NamedTuple):
     """The section of a result in the page."""
 
     name: str
-    figure: str = ""
-    experiment: str = ""
+    title: str
+    order: tuple[bool, str]
+    """Sorting key: the paper's figures first, in their order."""
     picture: str = ""
     """Image as a data URI."""
     caption: str = ""
@@ -48,26 +49,6 @@ class ResultSection(NamedTuple):
     """Reason why nothing is shown."""
     doubt: str = ""
     """Note on uncertain symbols, or on something missing beside the figure."""
-
-    @property
-    def title(self) -> str:
-        if self.problem:
-            return self.name
-        what = self.experiment.replace("_", " ")
-        if self.of_the_paper:
-            return f"Fig. {self.figure}: {what}"
-        named = "" if self.name == self.experiment else f": {self.name}"
-        return f"{what.capitalize()}{named}"
-
-    @property
-    def of_the_paper(self) -> bool:
-        """True if the paper has this figure: its number begins with a digit."""
-        return self.figure[:1].isdigit()
-
-    @property
-    def order(self) -> tuple[bool, str]:
-        """Sorting key: the paper's figures first, in their order."""
-        return not self.of_the_paper, f"{self.figure} {self.name}"
 
 
 def results(folder: Path) -> list[Path]:
@@ -131,7 +112,8 @@ def _section(source: Path) -> ResultSection:
     except render.OF_VALUES as error:
         # An error in one file, of whatever kind, must not keep the others from being shown.
         said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
-    return ResultSection(source.stem, problem=remedies.told(said))
+    name = source.stem
+    return ResultSection(name, name, (True, f" {name}"), problem=remedies.told(said))
 
 
 def section(result: Any, drawn: bytes | None = None) -> ResultSection:
@@ -139,11 +121,15 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
     attributes = result["attributes"]
     rows = {key: attributes.get(key, "") for key in ("engine", "config_hash", "code_hash")}
     rows |= result["provenance"]
-    experiment = str(attributes["experiment"])
+    experiment, figure = str(attributes["experiment"]), str(attributes.get("figure", ""))
+    name, what = str(attributes.get("name", "unnamed")), experiment.replace("_", " ")
+    # The paper has a figure whose number begins with a digit.
+    other = not figure[:1].isdigit()
+    title = what.capitalize() + ("" if name == experiment else f": {name}")
     return ResultSection(
-        name=str(attributes.get("name", "unnamed")),
-        figure=str(attributes.get("figure", "")),
-        experiment=experiment,
+        name=name,
+        title=title if other else f"Fig. {figure}: {what}",
+        order=(other, f"{figure} {name}"),
         picture=picture(drawn or render.image(result, "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),

@@ -3,8 +3,6 @@
 ``make attacks SEED=7 COUNT=500`` sets both; without them `make test` tries a few of each kind.
 """
 
-from __future__ import annotations
-
 import os
 import random
 from collections.abc import Iterator

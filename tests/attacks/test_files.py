@@ -1,7 +1,5 @@
 """Crafted and fuzzed files: who reads one says in a sentence why not, or uses it as data."""
 
-from __future__ import annotations
-
 import itertools
 import multiprocessing
 import os

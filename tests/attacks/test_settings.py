@@ -1,7 +1,5 @@
 """Configs of any content and settings that would work for ever: loaded, or refused in a line."""
 
-from __future__ import annotations
-
 import random
 import re
 import sys
@@ -12,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 import rigidpend
@@ -25,7 +22,7 @@ from rigidpend.routes.phases import Phases
 from rigidpend.runs import loading
 from tests.attacks import lot
 from tests.config.samples import FIG4, SMALL, TEXT, refused, written
-from tests.strategies import repeatable
+from tests.strategies import examples
 
 TOWER = "((((pi**64)**64)**64)**64)"
 SECONDS, LINE = 2.0, 800
@@ -219,8 +216,7 @@ def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
     return attempt
 
 
-@repeatable(50)
-@given(content=st.binary(max_size=60) | st.text(max_size=60).map(str.encode))
+@examples(50, content=st.binary(max_size=60) | st.text(max_size=60).map(str.encode))
 def test_any_content_is_refused(loads: Load, content: bytes) -> None:
     assert not loads(content)
 

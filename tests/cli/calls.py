@@ -1,7 +1,5 @@
 """Commands in another folder, in this process; environments for those in one of their own."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """A working directory with a small config."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

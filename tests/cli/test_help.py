@@ -1,7 +1,5 @@
 """What a person finds without asking: help, examples that work, completion in a shell."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import shlex

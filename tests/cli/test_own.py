@@ -1,7 +1,5 @@
 """What is asked besides the figures: results of one's own, sweeps, orbits with a code."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

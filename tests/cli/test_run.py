@@ -1,7 +1,5 @@
 """`run`: reasons, dry runs, going on, how much is said, the JSON document, logs, a terminal."""
 
-from __future__ import annotations
-
 import json
 import pickle
 import re

@@ -1,7 +1,5 @@
 """What is shown of configs and results, and of what is kept and installed here."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -132,10 +130,15 @@ def test_subfolders_and_files_are_told_and_removed(folder: Path, tmp_path: Path)
     assert json.loads(call(tmp_path, "cache", "--json").stdout)["subfolders"] == []
     for of in (b"a", b"b"):
         cache.save(folder / "maps", of, bytes(1_000_000), 10**7)
-    head, row = call(tmp_path, "cache").stdout.splitlines()
+    (folder / "old").mkdir()
+    (folder / "old" / "cache.db").write_bytes(b"12345")
+    head, *rows = call(tmp_path, "cache").stdout.splitlines()
     assert head == f"{folder}: 2.0 MB"
-    assert row.split("  ") == ["maps", "2 files", "2.0 MB", "return maps"]
-    [told] = json.loads(call(tmp_path, "cache", "--json").stdout)["subfolders"]
+    assert [re.split(" {2,}", row) for row in rows] == [
+        ["maps", "2 files", "2.0 MB", "return maps"],
+        ["old", "1 file", "5 bytes", "of another version"],
+    ]
+    told, _ = json.loads(call(tmp_path, "cache", "--json").stdout)["subfolders"]
     assert told["files"] == sorted(map(str, (folder / "maps").iterdir()))
     done = call(tmp_path, "cache", "--clear")
     assert done.stderr == f"{folder}: 2.0 MB removed\n"

@@ -1,7 +1,5 @@
 """What goes wrong is one sentence and an exit code, never a traceback; full disks as well."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """The config of Fig. 4 with changes, a small config, and what a complaint must look like."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar

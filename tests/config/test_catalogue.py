@@ -1,7 +1,5 @@
 """Names of configs: where they are looked for, what they stand for, what is suggested."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Settings are as if written in the file; sweeps have every combination once, named by it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock

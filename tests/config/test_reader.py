@@ -1,7 +1,5 @@
 """Reading YAML: what is refused, and where, before any meaning is looked at."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """One slip in the config of Fig. 4: what is said of it, with its place, its line and a caret."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

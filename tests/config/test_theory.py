@@ -1,7 +1,5 @@
 """The table of a body: every quantity is there, as a number too, and fits the full dynamics."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

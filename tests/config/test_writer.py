@@ -1,7 +1,5 @@
 """Configs as YAML: read back as the same, with every meaning whole; what differs in two."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The experiment `asymptotic_orbits`: counts, codes, sampled orbits, results told apart."""
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 from typing import Any

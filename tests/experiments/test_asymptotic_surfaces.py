@@ -1,7 +1,5 @@
 """The experiment `asymptotic_surfaces`: the surfaces of Fig. 3, and results told apart."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -25,6 +23,10 @@ def test_samples_at_other_times_are_no_agreement() -> None:
     later["bodies"]["a"]["S1_minus"]["sample"] += 10000
     [found] = differences("asymptotic_surfaces", data, later)
     assert "same times" in found
+    # Nor are there any where the curves do not end with the points.
+    later["bodies"]["a"]["S1_minus"]["offsets"][-1] -= 1
+    times, ends = differences("asymptotic_surfaces", data, later)
+    assert ("offsets" in ends, "same times" in times) == (True, True)
 
 
 @pytest.mark.parametrize(("part", "told"), [(0.9, 0), (1.1, 1)])

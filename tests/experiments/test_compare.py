@@ -1,7 +1,5 @@
 """Comparing two results by what their layout declares: doubles within bounds, all else exactly."""
 
-from __future__ import annotations
-
 import functools
 import operator
 from typing import Any
@@ -10,7 +8,6 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.compare import (
-    beyond,
     differences,
     modulo,
     of_field,
@@ -115,18 +112,3 @@ def test_a_missing_array_or_group_is_found_but_none_that_is_not_compared(place: 
     compared = name != "how"
     assert differences(LAYOUT, fewer, tree()) == [f"{place} is only computed"] * compared
     assert differences(LAYOUT, tree(), fewer) == [f"{place} is only stored"] * compared
-
-
-@pytest.mark.parametrize(
-    ("errors", "declared", "told"),
-    [
-        ([0.1, 0.2], [0.1, 0.2], []),
-        ([0.5, 0.9], [0.1, 0.2], ["e[0]: 0.5 is stated, at most 0.1 is declared"]),
-        ([np.nan, 0.9], [0.1, 0.2], ["e[0]: nan is stated, at most 0.1 is declared"]),
-        ([np.nan, np.inf], np.inf, []),
-    ],
-)
-def test_the_error_furthest_beyond_what_is_declared_is_told(
-    errors: list[float], declared: Any, told: list[str]
-) -> None:
-    assert beyond("e", np.array(errors), np.array(declared)) == told

@@ -1,7 +1,5 @@
 """The contract of experiments: what each folder offers and describes, and what a run costs."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Iterator

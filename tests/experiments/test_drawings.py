@@ -4,8 +4,6 @@ The gallery is drawn of the references, and looked at. A column or an axis that 
 another, a mark, a colour or a word of something else, what is left out: all of it is noticed.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator
 from importlib import metadata

@@ -1,7 +1,5 @@
 """The complete experiment on the page for developers: added to a copy of the package, and run."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

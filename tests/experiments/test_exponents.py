@@ -1,7 +1,5 @@
 """The experiment `exponents`: cells, their check, and results told apart."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What is drawn where a result is smaller, larger or less known than those of the gallery."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """The experiment `full_shift`: what it proves, what it says where it does not, and its report."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 from unittest.mock import Mock
@@ -15,7 +13,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe
-from rigidpend.routes.certified.pieces import FamilyStep, unpacked_quads
+from rigidpend.routes.certified.pieces import FamilyStep
 from tests.experiments.trees import asked, reference
 
 SEARCHED = "problem.half_turns=null"
@@ -144,18 +142,6 @@ def test_arrays_that_are_no_proof_prove_nothing(
     wrong = {**data[group], name: np.zeros_like(data[group][name])}
     with pytest.raises((ArithmeticError, ValueError), match=f"^{said}"):
         full_shift.theorems(asked("full_shift"), {**data, group: wrong})
-
-
-def test_outlines_are_those_of_the_sets_in_the_chart(data: Any) -> None:
-    """U and V of what is drawn, less the mean curve, are -1 and 1 around each set."""
-    drawn, quads = data["drawn"], unpacked_quads(data["sets"])
-    for quad, chi, d in zip(quads, drawn["chi"], drawn["d"], strict=True):
-        g, alike = -np.sin(chi), [x for x in quads if x.rising == quad.rising]
-        mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
-        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p, dtype=float))
-        U = off / float(quad.a)
-        V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
-        np.testing.assert_allclose(np.maximum(abs(U), abs(V)), 1, atol=1e-6)
 
 
 def test_bounds_are_rounded_outward() -> None:

@@ -1,63 +1,23 @@
-"""The experiment `phase_portraits`: curves of the Euler case, in closed form and no other way."""
+"""The experiment `phase_portraits`: curves of the Euler case, in closed form and no other way.
 
-from __future__ import annotations
+That free bodies move along such curves is tested with `mechanics.free_body`.
+"""
 
 import copy
-from itertools import pairwise
 from typing import Any
 
-import numpy as np
 import pytest
 
-from rigidpend.mechanics.equations import energy, eq1
-from tests.experiments.trees import asked, computed, differences
+from tests.experiments.trees import asked, computed, differences, unlike_stored
 
 
 @pytest.fixture(scope="module")
-def content() -> Any:
-    return asked("fig1")
+def data() -> Any:
+    return computed(asked("fig1"))
 
 
-@pytest.fixture(scope="module")
-def data(content: Any) -> Any:
-    return computed(content)
-
-
-def curves(group: Any, field: str) -> list[Any]:
-    return [group[field][..., a:b] for a, b in pairwise(group["offsets"])]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["orbits", "separatrices", "centres"])
-def test_every_curve_has_its_energy_on_the_sphere_and_in_the_plane(
-    content: Any, data: Any, name: str
-) -> None:
-    body, group = content.problem.body, data[name]
-    A = [float(x) for x in body.A]
-    for M, energy_, level in zip(
-        curves(group, "points"), group["energy"], group["level"], strict=True
-    ):
-        # H in physical units at |M| = 1, then in units of J2'^2: J2'^2 = |M|^2 s^2.
-        kinetic = energy(M, (0, 0, 0), A, (0, 0, 0), 0.0) / (1 / A[1] - 1 / A[0])
-        np.testing.assert_allclose(kinetic, energy_, rtol=1e-14)
-        np.testing.assert_allclose(kinetic - body.kappa / 2, level, atol=1e-14)
-
-
-@pytest.mark.parametrize("name", ["orbits", "separatrices"])
-def test_the_curves_in_the_plane_satisfy_the_unperturbed_equations(
-    content: Any, data: Any, name: str
-) -> None:
-    p, group = content.problem.body.angles(), data[name]
-    for x, y in zip(curves(group, "theta1"), curves(group, "J1"), strict=True):
-        middle = ((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2, 0.0, 1.0)
-        theta1_rate, J1_rate, _, _ = eq1(middle, p, np)
-        dx, dy = np.diff(x), np.diff(y)
-        along = dx * theta1_rate + dy * J1_rate
-        across = dx * J1_rate - dy * theta1_rate
-        # In the flow's sense, and along it but for the curvature within a step.
-        assert (along >= 0).all()
-        length = np.hypot(dx, dy) * np.hypot(theta1_rate, J1_rate)
-        assert np.abs(across).max() < 2e-3 * length.max()
+def test_all_is_as_it_is_stored(data: Any) -> None:
+    assert unlike_stored("fig1", data, {}) == set()
 
 
 def test_visibility_may_change_on_the_outline_only(data: Any) -> None:

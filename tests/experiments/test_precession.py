@@ -1,7 +1,5 @@
 """The experiment `precession`: orders of the regimes, slopes, and results told apart."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """heyoka against the kernel: other equations of the same routes, and 113 bits of the same field."""
 
-from __future__ import annotations
-
 import functools
 import pickle
 from fractions import Fraction

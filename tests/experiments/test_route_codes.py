@@ -1,7 +1,5 @@
 """The experiment `route_codes`: it is the function of that name, and it knows two results apart."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Single starts beside the intervals that they lie on."""
 
-from __future__ import annotations
-
 import functools
 from contextlib import nullcontext
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The experiment `route_map`: cells are orbits, tiles are kept, and two results are told apart."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 from unittest.mock import Mock

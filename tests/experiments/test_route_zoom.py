@@ -1,7 +1,5 @@
 """Zooms into Fig. 4: the change of symbol is found, and its surroundings repeat."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 from types import SimpleNamespace
@@ -11,7 +9,6 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from rigidpend import route_codes
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.experiments.route_zoom import draw
@@ -24,7 +21,6 @@ from rigidpend.surfaces import melnikov
 from tests.experiments.trees import asked, computed, shared_reference
 
 SMALL = ("problem.levels=3", "problem.count=6", "problem.n_symbols=4")
-WHERE: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
 
 
 @pytest.fixture(scope="module")
@@ -93,17 +89,6 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
         assert level["offset"].tolist() == [float(phase - centre) for phase in stored]
     orbits = route_zoom.orbits(content, lambda: found)
     assert [phase.text for phase in orbits["level09"][1]] == level["theta2_0"]
-
-
-def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
-    p = given.problem
-    for level in tree["levels"].values():
-        phases = [exact(text) for text in level["theta2_0"]]
-        routes = route_codes(p.body, phases, **WHERE, n_symbols=4)
-        assert routes.certain.all()
-        assert level["certain"].all()
-        assert np.array_equal(routes.codes, level["codes"])
-        assert np.allclose(routes.crossing_time, level["crossing_time"], rtol=0, atol=1e-6)
 
 
 def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given: Any) -> None:

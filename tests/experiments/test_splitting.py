@@ -1,7 +1,5 @@
 """The experiment `splitting`: what its results say, and results told apart."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 from typing import Any
@@ -44,12 +42,6 @@ def test_all_is_as_it_is_stored_of_these_bodies_and_weights(data: Any) -> None:
     assert unlike_stored("splitting", data, kept) == expected
 
 
-def test_a_splitting_below_all_doubles_has_a_cost_and_no_overflow() -> None:
-    flat = asked("splitting", *FLAT)
-    with np.errstate(all="raise", under="ignore"):
-        assert cost(flat) > cost(asked("splitting", *SMALL))
-
-
 def test_order_the_slope_of_the_curve_is_one(data: Any) -> None:
     np.testing.assert_allclose(data["bodies"]["slope_curve"], 1, atol=0.05)
 
@@ -68,21 +60,6 @@ def test_errors_of_values_change_a_slope_by_its_bound_and_no_more(ratio: list[fl
     signs = np.array(list(itertools.product((-1, 1), repeat=len(at))))
     changes = [abs(slope(at, values + sign * error) - known) for sign in signs]
     assert 0.95 * bound < max(changes) <= bound
-
-
-def test_a_slope_may_differ_by_what_is_admitted_of_its_values(data: Any) -> None:
-    """Of three weights the first and the last count: they are 1e-4 and 1e-2 of h0."""
-    bodies, (first, last) = data["bodies"], (4e-3 * 1e-8, 1e-9)
-    n = bodies["excess"].shape[-1]
-    for key, values, times in (
-        ("slope_amplitude", np.abs(bodies["excess"][1, :, 0]), 2),
-        ("slope_curve", bodies["curve_excess"][1], 2 * n),
-    ):
-        bound = times * (first / values[0] + last / values[2]) / np.log(100)
-        for share, told in ((0.9, []), (1.1, [f"bodies/{key}[1]"])):
-            other = copy.deepcopy(data)
-            other["bodies"][key][1] += share * bound
-            assert [x.place for x in differences("splitting", data, other)] == told
 
 
 def test_a_slope_without_sound_values_has_no_bound() -> None:
@@ -130,6 +107,7 @@ def test_a_splitting_below_all_doubles_is_described_computed_and_drawn_as_not_re
     [row] = describe(flat)
     assert "distance = 8.492e-677 mu cos g" in row.value
     with np.errstate(all="raise", under="ignore"):
+        assert cost(asked("splitting", *FLAT)) > cost(asked("splitting", *SMALL))
         data = computed(flat)
     assert not data["bodies"]["resolved"].any()
     assert np.isnan(data["bodies"]["excess"]).all()

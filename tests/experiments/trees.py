@@ -1,7 +1,5 @@
 """Results as trees of plain arrays, as they are read from a file."""
 
-from __future__ import annotations
-
 import copy
 import functools
 from collections.abc import Callable, Mapping
@@ -56,12 +54,7 @@ def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
         return unpacked(packed(compute()))
 
     means = {"arithmetic": resolve(**given.numerics_asked), "part": part, **means}
-    return made(given, Means(**means))
-
-
-def made(given: Any, means: Means) -> Any:
-    """What of a computation is stored, as it is loaded."""
-    found = experiments.computation(given.experiment).compute(given, means)
+    found = experiments.computation(given.experiment).compute(given, Means(**means))
     return settled(experiments.layout(given.experiment), found)
 
 

@@ -1,7 +1,5 @@
 """Kept files are used only if undamaged and of what is asked for; the cache is a folder of them."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil
@@ -121,17 +119,6 @@ def test_a_folder_that_cannot_be_written_is_told_once(
     # A second warning would be an error here.
     cache.save(folder / "kernels", b"a", b"content", 999)
     assert cache.load(folder / "maps", b"a") is None
-
-
-def test_every_subfolder_is_told_with_its_files_and_their_size(folder: Path) -> None:
-    assert cache.subfolders() == []
-    cache.save(folder / "maps", b"a", b"content", 999)
-    cache.save(folder / "maps", b"b", b"content", 999)
-    (folder / "old").mkdir()
-    (folder / "old" / "cache.db").write_bytes(b"12345")
-    maps, old = cache.subfolders()
-    assert (len(maps.files), maps.meaning) == (2, "return maps")
-    assert (len(old.files), old.size, old.meaning) == (1, 5, "of another version")
 
 
 def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:

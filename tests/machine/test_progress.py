@@ -1,7 +1,5 @@
 """Words for people: progress and the time that is left, tables of text, numbers."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import io

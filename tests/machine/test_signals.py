@@ -3,8 +3,6 @@
 Two are sent at random moments, or more by `make attacks`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Work side by side: where it runs, in which order its results come, what goes wrong."""
 
-from __future__ import annotations
-
 import gc
 import os
 import threading

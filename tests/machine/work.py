@@ -1,7 +1,5 @@
 """Work for processes, which import this module and nothing that is slow to import."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -1,13 +1,10 @@
 """Fields against the gradients of their Hamiltonians, and descriptions against each other."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidpend import Body
@@ -20,6 +17,7 @@ from tests.strategies import (
     aligned_from_body,
     bodies,
     canonicals,
+    examples,
     fine_angles,
     floats_of,
     gradient,
@@ -27,7 +25,6 @@ from tests.strategies import (
     largest_difference,
     momenta,
     rational_vectors,
-    repeatable,
     verticals,
 )
 
@@ -36,8 +33,7 @@ WEIGHTS = st.fractions(0, 3, max_denominator=9)
 
 
 @pytest.mark.slow
-@repeatable(8)
-@given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
+@examples(8, rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_eq_eq_is_the_bracket_with_the_energy(
     M: Any, gamma: Any, A: Any, r: Any, mu: Fraction
 ) -> None:
@@ -57,8 +53,7 @@ def flat(c: Canonical) -> list[Any]:
     return [FINE.mpf(float(x)) for x in (c.theta1, c.J1, c.theta2, c.J2)]
 
 
-@repeatable(6)
-@given(bodies(), canonicals())
+@examples(6, bodies(), canonicals())
 def test_eq_eq1_is_the_gradient_of_the_hamiltonian_at_J3_0(body: Body, c: Canonical) -> None:
     p = fine_angles(body)
     by_theta1, by_J1, by_theta2, by_J2 = gradient(
@@ -68,8 +63,7 @@ def test_eq_eq1_is_the_gradient_of_the_hamiltonian_at_J3_0(body: Body, c: Canoni
     assert largest_difference(eq.eq1(flat(c), p, FINE), expected) < DERIVATIVE
 
 
-@repeatable(6)
-@given(bodies(), canonicals())
+@examples(6, bodies(), canonicals())
 def test_eq_h0_new_is_h_new_at_J3_0(body: Body, c: Canonical) -> None:
     p, (theta1, J1, theta2, J2) = fine_angles(body), flat(c)
     full = eq.hamiltonian((J1, J2, 0), (theta1, theta2), p, FINE)
@@ -84,8 +78,7 @@ def andoyer_and_energy(body: Body, c: Canonical) -> tuple[co.Andoyer, Any]:
 
 
 @pytest.mark.slow
-@repeatable(8)
-@given(bodies(), canonicals())
+@examples(8, bodies(), canonicals())
 def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     a, energy = andoyer_and_energy(body, c)
     found = eq.hamiltonian_andoyer(a, floats_of(body)[0], body.beta0, float(body.mu), np)
@@ -93,16 +86,14 @@ def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
 
 
 @pytest.mark.slow
-@repeatable(8)
-@given(bodies(), canonicals())
+@examples(8, bodies(), canonicals())
 def test_eq_h_new_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     _, energy = andoyer_and_energy(body, c)
     found = eq.hamiltonian((c.J1, c.J2, c.J3), (c.theta1, c.theta2), body.angles(), np)
     assert found == pytest.approx(energy, rel=1e-13, abs=1e-13)
 
 
-@repeatable(6)
-@given(bodies(), canonicals())
+@examples(6, bodies(), canonicals())
 def test_eq_th3_is_the_derivative_of_h_new_by_J3(body: Body, c: Canonical) -> None:
     p, (theta1, J1, theta2, J2) = fine_angles(body), flat(c)
     (slope,) = gradient(
@@ -112,8 +103,7 @@ def test_eq_th3_is_the_derivative_of_h_new_by_J3(body: Body, c: Canonical) -> No
 
 
 @pytest.mark.slow
-@repeatable(8)
-@given(bodies(), momenta(), verticals())
+@examples(8, bodies(), momenta(), verticals())
 def test_agrees_aligned_with_euler_poisson(body: Body, M: Any, gamma: Any) -> None:
     A, r, mu = floats_of(body)
     s, coefficients = float(co.scale(A)), eq.aligned_coefficients(body.angles(), np)

@@ -1,13 +1,10 @@
 """The free body: its orbits on the sphere, and its separatrices in time, to the last digit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
 
 from rigidpend import Body
 from rigidpend.mechanics import free_body
@@ -22,11 +19,11 @@ from tests.strategies import (
     along,
     bodies,
     canonicals,
+    examples,
     fine_angles,
     floats_of,
     largest_difference,
     relative,
-    repeatable,
 )
 
 PHI = np.linspace(-3, 3, 61)
@@ -111,8 +108,7 @@ def test_eq_sol_22_rises_where_Qp_is_negative() -> None:
     assert_solves(4)
 
 
-@repeatable(6)
-@given(bodies(), canonicals())
+@examples(6, bodies(), canonicals())
 def test_eq_eq1_0_is_euler_s_equation_of_the_free_body(body: Body, c: Any) -> None:
     p, A = fine_angles(body), [x.in_context(FINE) for x in body.A]
     s = scale(A, FINE)

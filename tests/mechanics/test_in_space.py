@@ -1,7 +1,5 @@
 """Motions in space: the increments of (tri1) and their order, (eqPV) and (th_al) integrated."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math
@@ -9,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
 from scipy.integrate import quad, solve_ivp
 
 from rigidpend import Body
@@ -30,7 +27,7 @@ from rigidpend.mechanics.in_space import (
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import ENGINES
-from tests.strategies import ROUNDING, aligned_from_body, field_with_alpha, momenta, repeatable
+from tests.strategies import ROUNDING, aligned_from_body, examples, field_with_alpha, momenta
 
 FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 BODIES = [
@@ -132,8 +129,7 @@ def orbit(engine: str) -> Any:
     return found[6], found[7], *body_from_aligned(Aligned(*found[:6]), BODY.alpha0, S)
 
 
-@given(M=momenta())
-@repeatable(8)
+@examples(8, M=momenta())
 def test_eq_el_of_omega_is_twice_the_energy(M: Any) -> None:
     A, _, _ = FIG5.floats()
     nowhere = (0, 0, 0)

@@ -1,7 +1,5 @@
 """Jacobi's functions and K against mpmath in a hundred digits, relative to each of them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The report in a real browser: it fits a phone and a desk, its figures load, it prints."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -13,10 +13,9 @@ Grioli's bounds, which are right                    tests/mechanics/test_in_spac
 "the nonzero increment" of alpha, in the Hess case  tests/surfaces/test_heteroclinic.py
 A2 + A3 > A1, which body a of Table 1 has not       tests/mechanics/test_body.py
 (Im), Legendre's integral, which is right           tests/surfaces/test_melnikov.py
+(tri1), theta1 of separatrices 1 and 3              tests/mechanics/test_in_space.py
 =================================================== =========================================
 """
-
-from __future__ import annotations
 
 import math
 from typing import Any
@@ -28,21 +27,16 @@ from scipy.integrate import quad
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, theta3_rate
-from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, separatrix, theta1
+from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, separatrix
 from rigidpend.mechanics.in_space import increments
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.surfaces import melnikov
 from tests.bodies import GENERIC
 from tests.strategies import FINE
 from tests.surfaces.bracket import bracket_on
 
 J2_0 = 0.8
 MIDDLE = SeparatrixMotion(2, J2_0 / 2, J2_0 / 2, 0.0)
-
-
-def summed(motion: SeparatrixMotion, phase: float) -> float:
-    p = GENERIC.angles()
-    here = quad(lambda t: bracket_on(motion, t, p, math, phase), -60, 60, epsabs=1e-13, limit=500)
-    return here[0]
 
 
 def printed_Im(motion: SeparatrixMotion, phase: float) -> float:
@@ -56,11 +50,12 @@ def printed_Im(motion: SeparatrixMotion, phase: float) -> float:
 @pytest.mark.parametrize("phase", [0.0, 0.9, 2.5, 5.0])
 def test_Im_has_the_opposite_sign_and_counts_theta2_0_twice(phase: float) -> None:
     """With theta2* = kappa J2_0 (t - t0) + theta2_0 as in (sol_2), delta lacks theta2_0."""
-    motion = SeparatrixMotion(2, 0.3, 0.5, 0.0)
-    found, printed = summed(motion, phase), printed_Im(motion, phase)
+    motion, p = SeparatrixMotion(2, 0.3, 0.5, phase), GENERIC.angles()
+    found, printed = melnikov.integral(motion, p), printed_Im(motion, phase)
     assert printed == pytest.approx(-found, abs=1e-11)
     assert abs(found) > 5e-4
-    assert abs(printed + summed(motion._replace(theta2_0=3.0), phase)) > 1e-3
+    begun = motion._replace(theta2_0=phase + 3.0)
+    assert abs(printed + melnikov.integral(begun, p)) > 1e-3
 
 
 def test_Im_converges_absolutely() -> None:
@@ -80,22 +75,17 @@ def test_Im_converges_absolutely() -> None:
 
 @pytest.mark.parametrize("number", [1, 3])
 def test_tri1_is_at_beta0_minus_alpha0_not_at_alpha0_minus_beta0(number: int) -> None:
-    """The increment of items 1 and 3 is th3's at the one, and not at the other."""
-    p = GENERIC.angles()
-    motion = MIDDLE._replace(number=number)
+    """The increment is th3's at the one, which another test holds, and not at the other."""
+    p, motion = GENERIC.angles(), MIDDLE._replace(number=number)
     printed = p.alpha0 - p.beta0 + (2 * math.pi if number == 3 else 0)
 
-    def gained(at: float) -> float:
-        def rate(t: float) -> float:
-            c = separatrix(t, motion, p, math)
-            return float(theta3_rate(c.J1, J2_0, at, p.mu, math))
+    def rate(t: float) -> float:
+        return float(theta3_rate(separatrix(t, motion, p, math).J1, J2_0, printed, p.mu, math))
 
-        # The second half is the first one in the mirror.
-        return 2 * quad(rate, 0, 70 / exponent(motion.J2_0, p, math), epsabs=1e-14, limit=200)[0]
-
+    # The second half is the first one in the mirror.
+    half, _ = quad(rate, 0, 70 / exponent(J2_0, p, math), epsabs=1e-14, limit=200)
     found = increments(p, p.kappa * J2_0**2 / 2)[number - 1]
-    assert gained(theta1(number, p, math)) == pytest.approx(found, abs=1e-12)
-    assert gained(printed) == pytest.approx(-found, abs=1e-12)
+    assert 2 * half == pytest.approx(-found, abs=1e-12)
     assert abs(found) > 1e-3
 
 

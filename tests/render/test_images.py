@@ -1,7 +1,5 @@
 """Images in files: equal for equal results, kept while up to date, refused in a sentence."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import struct

@@ -1,7 +1,5 @@
 """The report: complete, self-contained, safe, and the paper's numbers beside the file's."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path
@@ -102,6 +100,7 @@ def test_the_routes_are_the_paper_s_beside_the_file_s_for_its_figure_alone() -> 
     assert [row[2] for row in routes.rows] == [row[1] for row in routes.rows]
     assert {row[2] for row in plateaus.rows} == {herpolhodes.INCREMENT}
     assert {row[3] for row in plateaus.rows} == {herpolhodes.INCREMENT}
+    assert report.section(result).title == "Fig. 5: herpolhodes"
     result["attributes"]["figure"] = ""
     routes, plateaus = herpolhodes.tables(result)
     assert {row[1] for row in routes.rows} == {row[2] for row in plateaus.rows} == {""}

@@ -1,7 +1,5 @@
 """Result files: read back as written, whole or not at all, and damage is noticed."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

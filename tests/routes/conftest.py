@@ -1,7 +1,5 @@
 """What routes ask of the integrator."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

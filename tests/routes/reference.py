@@ -1,7 +1,5 @@
 """Routes computed in 113 bits without this package: see `source` in each file."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math

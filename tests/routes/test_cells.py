@@ -1,7 +1,5 @@
 """Cells of a plane: the codes of each orbit alone, whatever shares it and whatever decides it."""
 
-from __future__ import annotations
-
 import math
 import pickle
 from typing import Any

@@ -1,7 +1,5 @@
 """The rule by which two computations establish a symbol, on records made by hand."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Orbits that follow a route: the published one of Fig. 5, its plateaus, its samples."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

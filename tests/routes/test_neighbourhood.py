@@ -1,7 +1,5 @@
 """Routes beside a reference orbit against integration in as many bits; changes of a symbol."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What a route problem refuses, and the scales of time that belong to it."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any

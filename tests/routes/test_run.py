@@ -1,7 +1,5 @@
 """Precisions by which the orbits of a run climb, and what is computed side by side."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Initial phases stay exact, and states are on separatrix 2, on J3 = 0, the same in any scales."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from decimal import Decimal

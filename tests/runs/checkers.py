@@ -1,7 +1,5 @@
 """Both checkers of certificates, and certificates in which something is changed."""
 
-from __future__ import annotations
-
 import functools
 import json
 import operator

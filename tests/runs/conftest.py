@@ -1,7 +1,5 @@
 """A small config with its result and its reference, computed once for all tests."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Certificates: written, read, checked again; what they may ask for, and a proof of work."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re
@@ -17,12 +15,14 @@ import pytest
 
 from rigidpend import Body, certify_codes
 from rigidpend.machine.progress import tell_nobody
+from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.pieces import ORBIT_STEPS, Step
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import certificates, loading
 from scripts import check_certificate
+from tests import bodies
 from tests.attacks import lot
 from tests.cli.calls import call, succeeded
 from tests.config.samples import FIG4, TINY, ZOOM, changed, written
@@ -288,17 +288,18 @@ def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
 
 
 def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines on the way name a phase of a grid by one number."""
     lines: list[str] = []
     monkeypatch.setattr(codes, "MOST_WORK", 4 * 60**2)
     monkeypatch.setattr(codes, "LINE_SECONDS", 0.0)
-    body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+    phases = iter([exact("0") + exact("1/10") * 16])
     found = certify_codes(
-        body, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append
+        bodies.FIG4, phases, h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append
     )
     assert found.status == ["undecided"]
     assert "no more work than these" in found.reason[0]
     assert lines
-    assert all(x.startswith("theta2_0 = 0.3: step ") and " to go" in x for x in lines)
+    assert all(x.startswith("theta2_0 = 1.6: step ") and " to go" in x for x in lines)
 
 
 def test_what_is_left_follows_from_what_was_done(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,5 @@
 """Parts computed by a real scheduler and its worker processes, which come and go."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
 import json

@@ -3,8 +3,6 @@
 How often a run is killed at a random moment: once, or as `tests.attacks.lot` says.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Certificates changed in every place: neither checker calls proven what is not."""
 
-from __future__ import annotations
-
 import functools
 import json
 import operator

@@ -1,7 +1,5 @@
 """Proofs that an orbit with a given code exists: made, checked by both checkers, and spoilt."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Iterator
@@ -22,7 +20,7 @@ from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
 from tests.cli.calls import succeeded
 from tests.experiments.trees import reference
-from tests.remembered import Inline, remembered
+from tests.remembered import inline, remembered
 from tests.runs.checkers import Change, stated
 
 CODE = "011"
@@ -41,7 +39,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def once() -> Iterator[None]:
     """Orbits that are the same in all proofs are followed once by each checker."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(script, "ProcessPoolExecutor", Inline)
+        patch.setattr(script, "ProcessPoolExecutor", inline)
         for module in (coverings, check_coverings):
             for name in ("arrival", "beginning"):
                 patch.setattr(module, name, remembered(getattr(module, name)))

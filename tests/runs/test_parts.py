@@ -1,7 +1,5 @@
 """Finished parts of a run: used again, never another run's, gone when the result is there."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import os

@@ -1,7 +1,5 @@
 """What a result was made from: which changes of code and config count, and which do not."""
 
-from __future__ import annotations
-
 import ast
 import datetime
 import json

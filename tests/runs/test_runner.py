@@ -1,7 +1,5 @@
 """Runs: what is loaded, what is up to date and why not, what a result holds, what is left."""
 
-from __future__ import annotations
-
 import datetime
 import importlib.metadata
 import json

@@ -1,7 +1,5 @@
 """`verify`: what it finds, how it says so, and that other builds pass."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterator

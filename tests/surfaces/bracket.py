@@ -1,7 +1,5 @@
 """The bracket that Melnikov's integral sums, from the equations of motion."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigidpend.mechanics.body import Angles

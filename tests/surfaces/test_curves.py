@@ -1,7 +1,5 @@
 """Curves on S1- and S2+ against Hamilton's equations, forward and really backward in time."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What theta3 gains: separatrices 1 to 4 integrated directly, orders in mu, the Hess case."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 from unittest.mock import Mock

@@ -1,13 +1,10 @@
 """Melnikov's integral against derivatives, sums and orbits, and orbits beside a separatrix."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
 from scipy.integrate import quad
 
 from rigidpend import Body, route_codes
@@ -24,10 +21,10 @@ from tests.strategies import (
     FINE,
     along,
     bodies,
+    examples,
     fine_angles,
     largest_difference,
     numbers,
-    repeatable,
 )
 from tests.surfaces.bracket import bracket_on
 
@@ -105,8 +102,7 @@ def beginning(number: int, J1_0: Any, m: Any = math) -> SeparatrixMotion:
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(4)
-@given(bodies(), numbers(-4, 4))
+@examples(4, bodies(), numbers(-4, 4))
 def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
     number: int, body: Body, t: float
 ) -> None:

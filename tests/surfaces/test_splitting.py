@@ -1,7 +1,5 @@
 """The splitting: against real backward integration, in several precisions; orbits of S1-."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -34,15 +34,18 @@ WINDOW = {
 def _shared(stored: Data, fresh: Data) -> Any:
     """Places of stored points among the fresh ones, by orbit and time; -1 for none.
 
-    Rounding may decide which of the samples of a curve are stored.
+    Rounding may decide which of the samples of a curve are stored. Without sound offsets, which
+    are told apart, there is none.
     """
+    at = np.full(len(stored["sample"]), -1)
+    if _ends("offsets", stored, fresh):
+        return at
     # intersect1d takes no pairs: curve and time become one integer, with times below 2^31.
     first, second = (
         np.repeat(np.arange(len(x["offsets"]) - 1), np.diff(x["offsets"])) * 2**32 + x["sample"]
         for x in (stored, fresh)
     )
     _, here, there = np.intersect1d(first, second, return_indices=True)
-    at = np.full(len(first), -1)
     at[here] = there
     return at
 
@@ -54,8 +57,6 @@ def _ends(name: str, stored: Data, fresh: Data) -> list[Difference]:
 
 def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
     """Bound of the times: most must be common, or two results would agree on few points."""
-    if _ends("offsets", stored, fresh):
-        return []
     points, shared = len(stored[name]), int((_shared(stored, fresh) >= 0).sum())
     if shared >= SHARED * max(points, len(fresh[name])):
         return []
@@ -65,8 +66,6 @@ def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
 
 def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
     """Bound of the points; an error of theta1 grows as J2^2/(J1 (J2 - J1)), by eq. (dtheta)."""
-    if _ends("offsets", stored, fresh):
-        return []
     J1, at = stored["J1_over_J2"], _shared(stored, fresh)
     # In units of its value at the section, where the factor is 1.
     drift = DRIFT / (4 * J1 * (1 - J1)) if name == "theta1" else DRIFT

@@ -43,7 +43,7 @@ def draw(result: Loaded) -> Figure:
         under = (blocks - 1 - block) * pitch + BELOW
         for row, surface in enumerate(NAMES):
             left, bottom = LEFT + k * (column + BETWEEN), under + (1 - row) * (ROW + APART)
-            axes = plots.panel(figure, left, bottom, column, ROW, label=f"{name} {surface}")
+            axes = plots.panel(figure, left, bottom, column, ROW)
             _draw_surface(axes, body, surface)
             axes.tick_params(labelleft=k == 0, labelbottom=row == 1)
             if k == 0:

@@ -1,10 +1,10 @@
 """Benchmark: speed, error and trust of rigidpend beside other methods, each at its best.
 
 methods    methods as data: the settings tried for each, and the choice among them
-problems   orbits of Fig. 4 and of randomly drawn bodies; their truth, and errors of answers
-solvers    a method made ready for a task; the equations as methods integrate them
+problems   orbits of Fig. 4 and of randomly drawn bodies; their truth, and errors of answers; the
+           equations as methods integrate them
 peers, cyrk_compiled
-           the adapters: ``answered(task, tolerance, threads, **setting)``
+           methods made ready for a task
 measure    the measurements of a worker: search, meeting, counts of symbols, times of orbits
 compute, report, draw
            the experiment: the order of measurements, their storage, tables and figure

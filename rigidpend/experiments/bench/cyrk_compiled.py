@@ -12,8 +12,8 @@ import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
-from rigidpend.experiments.bench.problems import Task
-from rigidpend.experiments.bench.solvers import SMALLER, flat
+from rigidpend.experiments.bench.methods import SMALLER
+from rigidpend.experiments.bench.problems import Task, flat
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Array
 

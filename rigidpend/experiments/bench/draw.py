@@ -67,21 +67,21 @@ def draw(result: Loaded) -> Figure:
 
 
 def _draw_again(axes: Axes, data: Data) -> None:
-    _draw_shares(axes, {name: 1e6 * one["again"] for name, one in report.of_bodies(data).items()})
+    _draw_shares(axes, data, "again", 1e6)
     axes.set(title="random bodies: the same call again", xlabel="time of an orbit (us)")
 
 
 def _draw_first(axes: Axes, data: Data) -> None:
-    _draw_shares(axes, {name: one["first"] for name, one in report.of_bodies(data).items()})
+    _draw_shares(axes, data, "first")
     (_, own), *_ = report.records(data["bodies"])
     label = f"time of {max(own['orbits']):,.0f} orbits (s)"
     axes.set(title="random bodies: first call with each", xlabel=label)
 
 
-def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
+def _draw_shares(axes: Axes, data: Data, call: str, unit: float = 1.0) -> None:
     """Draw the share of bodies for which a method takes less than a time."""
-    for name, values in sample.items():
-        ordered = np.sort(values)
+    for name, record in report.of_bodies(data).items():
+        ordered = np.sort(unit * record[call])
         share = np.arange(1, ordered.size + 1) / ordered.size
         axes.step(ordered, share, where="post", **{**style(name), "marker": ""})
     axes.set(xscale="log", ylim=(0, 1.03), ylabel="share of bodies below")

@@ -13,7 +13,6 @@ Each of these is a generator of lines: dictionaries of numbers and lists, which 
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 import statistics
@@ -30,9 +29,8 @@ import numpy as np
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import problems, schema
 from rigidpend.experiments.bench.methods import METHODS, Entrant, finest, tolerances
-from rigidpend.experiments.bench.peers import ready
+from rigidpend.experiments.bench.peers import Make, Solver, ready
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Task
-from rigidpend.experiments.bench.solvers import Make, Solver
 from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.numbers.exact import exact
@@ -46,8 +44,6 @@ FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
 """Errors that a method may raise: it finds no number, or its library is missing or refuses.
 
 Any other error is a fault of this package."""
-WARM = 8.0
-"""Seconds of a first solve, with compilation, below which a second solve always follows."""
 THREADS = 2
 """Threads for randomly drawn bodies; other measurements use one."""
 BRIEF = 0.01
@@ -72,38 +68,27 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 
 
 class Timed(NamedTuple):
-    """Times of a method in seconds: to make it ready, of the first solve, and of further ones."""
+    """The answer of a method, and its times in seconds."""
 
     answer: Any
-    made: float
     first: float
-    again: list[float]
-
-    @property
-    def seconds(self) -> float:
-        """Time of a warm solve: the median of the further ones, or else the first."""
-        return statistics.median(self.again or [self.first])
+    """Time to make it ready and to solve."""
+    again: float
+    """Time of a warm solve: the median of those after the first."""
 
 
-def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm: float) -> Timed:
-    """Make a method ready, solve, and solve again as often as the seconds allow.
-
-    If the first solve took less than `warm` seconds, at least one more follows.
-    """
-    prepared, solver = timed(make)
-    first, found = timed(solver.solve)
-    answer = solver.read(found)
-    taken = [timed(solver.solve)[0]] if first < warm else []
-    while len(taken) < repeats and sum(taken) + (taken or [first])[-1] < seconds:
+def timed_solver(make: Callable[[], Solver], seconds: float) -> Timed:
+    """Make a method ready, solve twice, and solve again as often as the seconds allow."""
+    ready_in, solver = timed(make)
+    solved_in, found = timed(solver.solve)
+    answer, taken = solver.read(found), [timed(solver.solve)[0]]
+    while len(taken) < REPEATS and sum(taken) + taken[-1] < seconds:
         taken.append(timed(solver.solve)[0])
-    return Timed(answer, prepared, first, taken)
+    return Timed(answer, ready_in + solved_in, statistics.median(taken))
 
 
 def alone(config: schema.Config, name: str, truth: Data) -> Iterator[Line]:
     """One method: a line for each setting at Fig. 4, then one for each start of random phases."""
-    for library in METHODS[name].libraries:
-        # Imported before the clock runs, so that imports do not count as preparation.
-        importlib.import_module(library)
     task = problems.fig4(config.problem.columns, config.problem.n_symbols)
     yield from search(task, truth, name, config.search)
     yield from random_phases(config.phases, name, finest(name, config.search))
@@ -119,11 +104,11 @@ def search(task: Task, truth: Data, name: str, asked: schema.Search) -> Iterator
     for number, setting in enumerate(METHODS[name].variants):
         for tolerance in tolerances(name, asked):
             make = partial(ready, name, task, Entrant(tolerance, setting))
-            found = timed_solver(make, REPEATS, slowest, WARM)
+            found = timed_solver(make, slowest)
             line = {"tolerance": math.nan if tolerance is None else tolerance, "setting": number}
             errors = problems.errors(found.answer, truth)
-            yield {**line, "seconds": found.seconds, **errors}
-            if found.seconds > slowest:
+            yield {**line, "seconds": found.again, **errors}
+            if found.again > slowest:
                 break
 
 
@@ -216,9 +201,9 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     """Times and counts of each method with one body."""
     (own, *peers), seconds, orbits = entries, float(asked.seconds), task.states.shape[1]
     make = partial(ready, own, task, entries[own], THREADS)
-    ours = timed_solver(make, REPEATS, seconds, math.inf)
+    ours = timed_solver(make, seconds)
     answers = {own: ours.answer}
-    found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
+    found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.again}}
     # Peers need an end time: the last crossing that ours found, and a little more.
     last = np.nanmax(ours.answer.time, initial=0.0)
     task = task._replace(end=1.001 * last / problems.time_unit(task.problem.body))
@@ -237,15 +222,12 @@ def _in_its_time(make: Make, task: Task, seconds: float) -> tuple[dict[str, floa
     Its first call has a few of them; the time of the other orbits in a second call is added.
     """
     n = few = min(PILOT, task.states.shape[1])
-    pilot = timed_solver(lambda: make(task.of(np.arange(few))), 1, seconds, math.inf)
-    answer, middle = pilot.answer, pilot.seconds
-    more = min(int(seconds / middle * few), task.states.shape[1])
+    answer, first, again = timed_solver(lambda: make(task.of(np.arange(few))), seconds)
+    more = min(int(seconds / again * few), task.states.shape[1])
     if more > few:
         n = more
-        all_ = timed_solver(lambda: make(task.of(np.arange(n))), REPEATS - 1, seconds, 0.0)
-        answer, middle = all_.answer, statistics.median([all_.first, *all_.again])
-    first = pilot.made + pilot.first + middle * (n - few) / n
-    return {"orbits": n, "first": first, "again": middle}, answer
+        answer, _, again = timed_solver(lambda: make(task.of(np.arange(n))), seconds)
+    return {"orbits": n, "first": first + again * (n - few) / n, "again": again}, answer
 
 
 def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[int, Any]:
@@ -266,7 +248,9 @@ def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[i
         if spent > seconds:
             return k, true
         orbit = task.problem, task.theta2_0[[k]], true[:, [k]]
-        taken, (codes, doubtful) = timed(partial(principal_axes.settled, *orbit, 1, seconds))
+        taken, (codes, doubtful) = timed(
+            partial(principal_axes.settled, *orbit, 1, seconds=seconds)
+        )
         if doubtful.size:
             return k, true
         true[:, [k]], spent = codes, spent + taken

@@ -28,11 +28,11 @@ class Method(NamedTuple):
 
     label: str
     family: str
-    """``ours``, or the name of a library; `peers.ADAPTERS` has its adapter."""
+    """``ours``, or the name of a library; `peers.PEERS` has its adapter."""
     finest: float | None = 2.0**-52
     """The finest tolerance that it accepts; None if it has no tolerance."""
     libraries: tuple[str, ...] = ()
-    """Libraries beyond NumPy, imported before anything is timed."""
+    """Libraries beyond NumPy, without which it is absent."""
     variants: tuple[Setting, ...] = ({},)
     """Settings: each is tried at every tolerance."""
     drawn: Setting = {}  # noqa: RUF012
@@ -49,6 +49,8 @@ class Method(NamedTuple):
 
 
 FINEST_SCIPY = 2.3e-14
+SMALLER = 1e-2
+"""Absolute tolerance over the relative one, for components that pass through zero."""
 # Like is compared with like: the default, as other methods, delivers symbols without certainty.
 # `route_codes`, which establishes each symbol, is a line of its own.
 DEFAULT = "aligned_batch"

@@ -1,4 +1,6 @@
-"""Methods made ready: ours, and the adapters of heyoka and SciPy; CyRK's is a module of its own.
+"""Methods made ready for a task: ours, heyoka and SciPy; CyRK has a module of its own.
+
+Peers integrate the package's own field.
 
 heyoka runs as its experts use it, with orbits side by side in SIMD lanes. With the numbers of a
 body as parameters it is compiled once for all bodies; compiled for each body it runs 4 % faster.
@@ -12,15 +14,17 @@ Each library is imported where it is used, because it may not be installed.
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.methods import METHODS, Entrant
-from rigidpend.experiments.bench.problems import Crossed, Task
-from rigidpend.experiments.bench.solvers import SMALLER, Make, Solver, flat, shared
-from rigidpend.experiments.principal_axes import euler_poisson_field, heyoka
+from rigidpend.experiments.bench.methods import METHODS, SMALLER, Entrant
+from rigidpend.experiments.bench.problems import Crossed, Task, flat, time_unit
+from rigidpend.experiments.principal_axes import beside, euler_poisson_field, heyoka
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes.certainty import FIRST_SCALES
@@ -33,13 +37,47 @@ FALSE_POSITIONS = 12
 """Iterations of false position for SciPy, from the ends of a step to the crossings in it."""
 
 
+class Solver(NamedTuple):
+    """A method made ready for a task."""
+
+    solve: Callable[[], Any]
+    """The work that is timed."""
+    read: Callable[[Any], Crossed] = lambda found: found
+    """Makes the answer from the result of `solve`, untimed."""
+
+
+Make = Callable[[Task], Solver]
+
+
 def ready(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
-    """A method made ready for a task, with its tolerance and its setting; imports what it needs."""
+    """A method made ready for a task, with its tolerance and its setting; imports what it needs.
+
+    Peers do not know threads, but release Python's lock while they compute: each thread has a peer
+    made ready for its part of the orbits.
+    """
     method = METHODS[name]
     if method.runs:
         each = ((run, x._replace(setting=x.setting | entry.setting)) for run, x in method.runs)
         return compared(task, *(partial(ready, run, entry=x, threads=threads) for run, x in each))
-    return ADAPTERS[method.family](task, entry.tolerance, threads, **entry.setting)
+    if not method.peer:
+        return ours(task, entry.tolerance, threads, **entry.setting)
+    columns = np.array_split(np.arange(task.states.shape[1]), threads)
+    follows = partial(PEERS[method.family], tolerance=entry.tolerance, **entry.setting)
+    parts = [follows(task.of(part)) for part in columns if part.size]
+    pool = ThreadPoolExecutor(threads)
+
+    def together() -> Array:
+        return np.concatenate(list(pool.map(lambda follow: follow(), parts)), axis=2)
+
+    solve = parts[0] if threads == 1 else together
+    return Solver(solve, partial(_crossed, body=task.problem.body))
+
+
+def _crossed(found: Array, body: Body) -> Crossed:
+    time, M1, M2 = found
+    places = separatrix_theta1(body.alpha0, body.beta0)
+    theta1 = np.where(np.isnan(time), np.nan, 2 * np.arctan2(M1, M2) + body.beta0)
+    return Crossed(symbols(beside(theta1, places)), time_unit(body) * time)
 
 
 def compared(task: Task, *makes: Make) -> Solver:
@@ -94,7 +132,6 @@ def ours(task: Task, tolerance: Any, threads: int, way: str = "", calls: int = 0
     )
 
 
-@shared
 def in_lanes(
     task: Task, tolerance: float, lanes: int = 8, parameters: bool = False
 ) -> Callable[[], Array]:
@@ -162,7 +199,6 @@ def in_lanes(
     return follow
 
 
-@shared
 def abreast(task: Task, tolerance: float) -> Callable[[], Array]:
     """SciPy's DOP853 with all orbits as one system; crossings from each step's dense output."""
     from scipy.integrate import DOP853
@@ -213,7 +249,6 @@ def _zeros(there: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: A
     return b
 
 
-@shared
 def _compiled(task: Task, tolerance: float, **setting: Any) -> Callable[[], Array]:
     """CyRK's answer; its module here imports CyRK at once, and is therefore imported late."""
     from rigidpend.experiments.bench import cyrk_compiled
@@ -221,10 +256,12 @@ def _compiled(task: Task, tolerance: float, **setting: Any) -> Callable[[], Arra
     return cyrk_compiled.follows(task, tolerance, **setting)
 
 
-ADAPTERS: dict[str, Callable[..., Solver]] = {
-    "ours": ours,
+PEERS: dict[str, Callable[..., Callable[[], Array]]] = {
     "heyoka": in_lanes,
     "cyrk": _compiled,
     "scipy": abreast,
 }
-"""Adapters by family: from a task, a tolerance, threads and a setting to a solver."""
+"""Peers by family: from a task, a tolerance and a setting to a function that follows the orbits.
+
+It gives, at crossings of M3 = 0, (3, n_symbols + 1, n): the physical time, NaN where there is no
+crossing, and M1 and M2 there."""

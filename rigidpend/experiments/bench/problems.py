@@ -1,4 +1,4 @@
-"""Orbits whose symbols are asked for: those of Fig. 4, and those of randomly drawn bodies.
+"""Orbits whose symbols are asked for, of Fig. 4 or of randomly drawn bodies, and their equations.
 
 States are (6, n), M and gamma in principal axes. Times are physical.
 """
@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data import Data
-from rigidpend.experiments.principal_axes import initial, judged
+from rigidpend.experiments.principal_axes import euler_poisson_field, initial, judged
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import scale
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.problem import RouteProblem
 
@@ -31,6 +32,8 @@ WEIGHT = -4.0, math.log10(0.02)
 """log10 of the least and the largest mu/h0 of a drawn body."""
 START = -12.0, -6.0
 """log10 of the least and the largest J1_0."""
+SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
+"""Operations of the tape as Python writes them."""
 
 
 class Task(NamedTuple):
@@ -118,6 +121,38 @@ def _drawn(random: np.random.Generator) -> RouteProblem:
     h = f"{h0:.4f}"
     body = Body(A, r, f"{weight * float(h):.3g}")
     return RouteProblem(body, exact(h), exact(f"{start:.3g}"), FIG4.n_symbols)
+
+
+def flat(body: Body) -> Any:
+    """Write ``rates(dy, t, y, args)``, which takes floats or arrays, and which numba can compile.
+
+    Each quantity is a local variable, as in fast code written by hand, from the same tape as the
+    package's own compiled fields.
+    """
+    A, r, mu = body.floats()
+    # The moments are traced as components, because the tape turns division by a parameter into
+    # multiplication by its reciprocal; with quotients, which round once, CyRK was a sixth faster.
+    traced, parameters = trace(lambda y: euler_poisson_field(y[6:], r, mu)(y[:6]), 9)
+    components = [*(f"y{i}" for i in range(6)), *map(repr, A)]
+    names: list[str] = []
+    known: dict[str, str] = {}
+    for name, operands in traced.lines:
+        if name == "component":
+            names.append(components[operands[0]])
+        elif name == "parameter":
+            names.append(repr(parameters[operands[0]]))
+        else:
+            left, right = (names[i] for i in operands)
+            # The tape keeps equal parameters apart; expressions that agree in text are joined here.
+            names.append(known.setdefault(f"{left} {SIGNS[name]} {right}", f"x{len(known)}"))
+    lines = [
+        *(f"y{i} = y[{i}]" for i in range(6)),
+        *(f"{name} = {expression}" for expression, name in known.items()),
+        *(f"dy[{i}] = {names[k]}" for i, k in enumerate(traced.rates)),
+    ]
+    room: dict[str, Any] = {}
+    exec(compile("\n    ".join(["def rates(dy, t, y, args):", *lines]), "<field>", "exec"), room)
+    return room["rates"]
 
 
 def truth(task: Task) -> dict[str, Any]:

@@ -65,10 +65,10 @@ def interval(sample: Any) -> tuple[float, float, float]:
     returned, which contains the median with a probability of 1 - 2^(1-n).
     """
     ordered = np.sort(np.asarray(sample, dtype=float))
-    n, k, missed = ordered.size, 0, 2.0 ** (1 - ordered.size)
-    # Of n throws of a coin the chance of at most k heads or at most k tails, summed up from k = 0.
-    while (missed := missed + 2.0 ** (1 - n) * math.comb(n, k + 1)) <= 1 - COVERED:
-        k += 1
+    n = ordered.size
+    # Of n throws of a coin the chances of at most 0, 1, ... heads, or at most as many tails.
+    missed = 2.0 ** (1 - n) * np.cumsum([float(math.comb(n, k)) for k in range(n)])
+    k = int((missed[1:] <= 1 - COVERED).sum())
     return float(np.median(ordered)), float(ordered[k]), float(ordered[-1 - k])
 
 

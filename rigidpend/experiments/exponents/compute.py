@@ -33,10 +33,9 @@ def compute(config: Config, means: Means) -> Tree:
     problem = config.problem
     x, y = problem.theta2_0.values, problem.log10_J1_0.values
     theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)
-    ends = float(J1[0]), float(J1[-1])
     n, shape = problem.n_symbols, (y.size, x.size)
     codes = cells_of_starts(problem.routes, theta2, J1, means.arithmetic, means.jobs)
-    orbits = orbits_of(replace(problem.routes, J1_0=exact(ends[1])))
+    orbits = orbits_of(replace(problem.routes, J1_0=exact(float(J1[-1]))))
     grown, followed, allowed = _followed(orbits, theta2, J1, n, means)
     # The map in doubles may follow another orbit: its growth counts only with the established code.
     known = (codes.certain == n) & (followed == codes.codes).all(axis=0)

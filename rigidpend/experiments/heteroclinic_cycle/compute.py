@@ -28,8 +28,7 @@ def compute(config: Config, means: Means) -> Tree:
     edges = [*vertical, *(_turn_edge(turn, theta1) for turn in TURNS)]
     means.report(f"{len(SEPARATRICES)} separatrices, {len(TURNS)} turns")
     # The two turns after the first separatrix span the paper's two rectangles.
-    sides = [edge for edge in edges if edge["from"] == _label(START, 1.0)]
-    sides.sort(key=lambda edge: edge["symbol"])
+    left, right = sorted((x for x in edges if x[0] == _label(START, 1.0)), key=lambda x: x[4])
     return {
         "vertices": {
             "label": [_label(number, J1) for J1 in (0.0, 1.0) for number in numbers],
@@ -37,10 +36,13 @@ def compute(config: Config, means: Means) -> Tree:
             "J1": np.repeat([0.0, 1.0], len(numbers)),
             "again": np.tile(again, 2),
         },
-        "edges": {name: np.array([edge[name] for edge in edges]).T for name in GROUPS["edges"]},
+        "edges": {
+            name: np.array(values).T
+            for name, values in zip(GROUPS["edges"], zip(*edges, strict=True), strict=True)
+        },
         "rectangles": {
             "name": ["left", "right"],
-            "theta1": np.array([sorted(edge["theta1"]) for edge in sides]).T,
+            "theta1": np.array([sorted(left[2]), sorted(right[2])]).T,
         },
     }
 
@@ -54,27 +56,19 @@ def _rises(number: int) -> bool:
     return number % 2 == 0
 
 
-def _edge(start: str, end: str, theta1: Any, J1: Any, symbol: int, again: bool) -> dict[str, Any]:
-    """The fields of an edge as it is drawn, within one window of 4 pi."""
-    return dict(
-        zip(GROUPS["edges"], (start, end, theta1, J1, np.uint8(symbol), again), strict=True)
-    )
-
-
-def _separatrix_edge(number: int, place: float, again: bool) -> dict[str, Any]:
-    """Vertical edge of a separatrix, in the direction of the flow."""
+def _separatrix_edge(number: int, place: float, again: bool) -> tuple[Any, ...]:
+    """The fields of the vertical edge of a separatrix, in the direction of the flow."""
     J1 = (0.0, 1.0) if _rises(number) else (1.0, 0.0)
-    start, end = (_label(number, x) for x in J1)
-    return _edge(start, end, (place, place), J1, NO_SYMBOL, again)
+    return *(_label(number, x) for x in J1), (place, place), J1, np.uint8(NO_SYMBOL), again
 
 
-def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> dict[str, Any]:
-    """Horizontal edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
+def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> tuple[Any, ...]:
+    """The fields of the edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
     arriving, leaving, symbol = turn
     J1 = 1.0 if _rises(arriving) else 0.0
     begin, end = float(theta1[arriving - 1]), float(theta1[leaving - 1])
     if (end > begin) != bool(symbol):
         # The turn leaves the window: its lower end is drawn again 4 pi further.
         begin, end = (x + 2 * TURN if x == min(begin, end) else x for x in (begin, end))
-    labels = (_label(arriving, J1), _label(leaving, J1))
-    return _edge(*labels, (begin, end), (J1, J1), symbol, False)
+    labels = (_label(number, J1) for number in (arriving, leaving))
+    return *labels, (begin, end), (J1, J1), np.uint8(symbol), False

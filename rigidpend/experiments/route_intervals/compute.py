@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import Any
 
 import numpy as np
@@ -35,8 +35,6 @@ ROUND = 2
 """Intervals for each process in a part, which is then stored."""
 COLUMN_SYMBOLS = 15
 """Symbols of a column: as many as Fig. 4 has rows."""
-HALVED = 64
-"""Halvings of the line that give the resolution of the columns' places."""
 SECONDS = 1.5
 """Seconds on one core to try an interval and prove it."""
 
@@ -88,29 +86,20 @@ def _columns(problem: Problem, jobs: int) -> Data:
 
 def contradictions(intervals: Data, phases: Sequence[Exact], columns: Data) -> list[float]:
     """Phases theta2_0 of columns with certain symbols that contradict those of their interval."""
-    places, count = _places(phases), len(intervals["codes"])
+    # In more bits than doubles, in which a large phase loses its place within the turn.
+    m = context(DOUBLED)
+    of_turn = 1 / (2 * m.pi)
+    turns = [m.frac(angle(x, DOUBLED) * of_turn) for x in phases]
+    count = len(intervals["codes"])
     codes, certain = columns["codes"][:count], columns["certain"][:count]
     found = np.zeros(len(phases), dtype=bool)
     for place, depth, proven in zip(
         intervals["place"], intervals["depth"], intervals["codes"].T, strict=True
     ):
-        # An interval has the phases whose first `depth` binary digits are its place.
-        inside = places >> np.uint64(HALVED - depth) == np.uint64(place)
+        inside = np.array([int(m.ldexp(x, int(depth))) == place for x in turns])
         told = (proven[: len(codes), None] != NO_SYMBOL) & certain
         found |= inside & (told & (codes != proven[: len(codes), None])).any(axis=0)
     return [float(x) for x in columns["theta2_0"][found]]
-
-
-def _places(phases: Sequence[Exact]) -> NDArray[np.uint64]:
-    """The places of phases on the line halved `HALVED` times, (n,).
-
-    In more bits than doubles, in which a large phase loses its place within the turn.
-    """
-    m = context(DOUBLED)
-    of_radian = m.mpf(2) ** HALVED / (2 * m.pi)
-    # Modulo a whole turn, after which the line repeats.
-    places = [int(m.floor(angle(x, DOUBLED) * of_radian)) % (1 << HALVED) for x in phases]
-    return np.array(places, dtype=np.uint64)
 
 
 def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
@@ -147,14 +136,8 @@ def unpacked(intervals: Data) -> list[PhaseInterval]:
 
 def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[Fraction]:
     """Shares of the line on which at least one symbol is proven, at least two, and so on."""
-    # argmax finds the first unproven symbol, but is 0 also where all are proven.
-    counts = (codes == NO_SYMBOL).argmax(axis=0)
-    counts[(codes != NO_SYMBOL).all(axis=0)] = len(codes)
-    each = list(zip(intervals, counts, strict=True))
-    return [
-        sum((of.share for of, count in each if count >= n), Fraction(0))
-        for n in range(1, len(codes) + 1)
-    ]
+    shares = [each.share for each in intervals]
+    return [sum(compress(shares, row != NO_SYMBOL), Fraction(0)) for row in codes]
 
 
 def theorems(config: Config, data: Data) -> list[str]:

@@ -13,18 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    DOUBT,
-    NO_RETURN,
-    WIDTH,
-    axis_label,
-    column_edges,
-    draw_codes,
-    entry,
-    mark_doubt,
-    symbol_entries,
-)
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Table
 
@@ -36,16 +26,16 @@ def draw(result: Loaded) -> Figure:
     """Draw columns of single starts, and below them the proven symbols of intervals."""
     data = result["data"]
     high = [CELL * len(data["columns"]["codes"]), ROW * len(data["intervals"]["codes"])]
-    figure = Figure(figsize=(WIDTH, AROUND + sum(high)), layout="constrained")
+    figure = Figure(figsize=(plots.WIDTH, AROUND + sum(high)), layout="constrained")
     above, below = figure.subplots(2, sharex=True, height_ratios=high)
     doubtful = _draw_columns(above, data["columns"])
     _draw_intervals(below, data["intervals"], data["shares"])
     entries: list[Artist] = [
-        *symbol_entries(),
-        Patch(facecolor=NO_RETURN, edgecolor="0.6", label="not proven"),
+        *plots.symbol_entries(),
+        Patch(facecolor=plots.NO_RETURN, edgecolor="0.6", label="not proven"),
     ]
     if doubtful:
-        entries.append(entry("uncertain", color=DOUBT, marker="x", ls=""))
+        entries.append(plots.entry("uncertain", color=plots.DOUBT, marker="x", ls=""))
     figure.legend(handles=entries, loc="outside lower center", ncols=len(entries), handleheight=1.0)
     return figure
 
@@ -53,8 +43,10 @@ def draw(result: Loaded) -> Figure:
 def _draw_columns(axes: Axes, columns: Data) -> bool:
     """Draw a column for each start; return True if a symbol is uncertain."""
     phases, certain = columns["theta2_0"], columns["certain"]
-    draw_codes(axes, column_edges(phases), columns["codes"], edgecolors="0.6", linewidth=0.2)
-    mark_doubt(axes, phases, certain)
+    plots.draw_codes(
+        axes, plots.column_edges(phases), columns["codes"], edgecolors="0.6", linewidth=0.2
+    )
+    plots.mark_doubt(axes, phases, certain)
     axes.set_title("single starts", loc="left")
     return not certain.all()
 
@@ -65,8 +57,8 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
     places = np.stack((intervals["place"], intervals["place"] + 1.0))
     ends = 2 * np.pi * places / 2.0 ** intervals["depth"]
     edges = np.append(ends[0], ends[1, -1])
-    draw_codes(axes, edges, codes, edgecolors="0.6", linewidth=0.2)
-    axes.set(xlabel=axis_label(MEANING["theta2_0"]), yticks=np.arange(len(codes)) + 1)
+    plots.draw_codes(axes, edges, codes, edgecolors="0.6", linewidth=0.2)
+    axes.set(xlabel=plots.axis_label(MEANING["theta2_0"]), yticks=np.arange(len(codes)) + 1)
     axes.set_title("all starts of an interval, proven", loc="left")
     for row, share in enumerate(shares, 1):
         # Rounded down: a proven share must not be overstated.

@@ -55,7 +55,7 @@ def draw(result: Loaded) -> Figure:
         left = LEFT + (k % ACROSS) * (each + GAP)
         bottom = high - ABOVE - TALL - (k // ACROSS + 1) * (small + GAP)
         before = list(figure.axes)
-        axes = plots.panel(figure, left, bottom, each, small, label=name)
+        axes = plots.panel(figure, left, bottom, each, small)
         _draw_plane(axes, zoom, data)
         axes.spines[:].set(color=plots.ZOOM, linewidth=1.2)
         times = np.ptp(data["y"]) / np.ptp(zoom["y"])

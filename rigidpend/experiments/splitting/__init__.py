@@ -69,21 +69,9 @@ def _slopes(stored: Data, values: Any, error: Any) -> Any:
     return np.array([slope_change(ratio, *one) for one in zip(values, error, strict=True)])
 
 
-def _slope_amplitude(name: str, stored: Data, fresh: Data) -> Any:
-    return _slopes(stored, np.abs(stored["excess"][..., 0]), MARGIN * _error(stored, stored))
-
-
-def _slope_curve(name: str, stored: Data, fresh: Data) -> Any:
-    return _slopes(stored, stored["curve_excess"], _of_sum(stored))
-
-
 def _largest(name: str, stored: Data, fresh: Data) -> Any:
     rounding = RELATIVE * np.nan_to_num(np.abs(stored[name]))
     return _of_sum(stored) * stored["amplitude"] + rounding
-
-
-def _curve(name: str, stored: Data, fresh: Data) -> Any:
-    return MARGIN * COARSEST * stored["bodies"]["excess"].shape[-1]
 
 
 _body = partial(Field, FLOAT, ("bodies",))
@@ -96,9 +84,15 @@ BODIES = {
     "beta0": _body("rad", "(bodies,): angle of the centre of gravity"),
     "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=_closed),
     "slope_amplitude": _fitted(
-        "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0", within=_slope_amplitude
+        "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0",
+        within=lambda name, stored, fresh: _slopes(
+            stored, np.abs(stored["excess"][..., 0]), MARGIN * _error(stored, stored)
+        ),
     ),
-    "slope_curve": _fitted("(bodies,): of curve_excess in mu, as well", within=_slope_curve),
+    "slope_curve": _fitted(
+        "(bodies,): of curve_excess in mu, as well",
+        within=lambda name, stored, fresh: _slopes(stored, stored["curve_excess"], _of_sum(stored)),
+    ),
     "amplitude": double(
         "rad", "(bodies, mu): Melnikov's amplitude of the distance in theta1", *EACH, within=_closed
     ),
@@ -146,7 +140,7 @@ CURVE = {
         "mu",
         "phases",
         gaps=True,
-        within=_curve,
+        within=lambda name, stored, fresh: MARGIN * COARSEST * stored["bodies"]["excess"].shape[-1],
     ),
 }
 CLOSED_FORM = {"nu": _line("1", "pi kappa/sin(alpha0)"), "decay": _line("1", "nu/sinh(nu)")}

@@ -115,11 +115,6 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
         yield drift_trial(scene, tolerance, sizes.rotations, sizes.orbits)
 
 
-def passing(scene: Scene, n: int) -> Array:
-    """Orbits that pass the separatrices, with M . gamma = 0.2 |M|: aligned components, (6, n)."""
-    return scene.starts(n, 1e-4, 0.2 * scene.J2)
-
-
 def integrals(scene: Scene, M: Array, gamma: Array) -> Array:
     """Energy over h0, |gamma| and M . gamma over |M|, (3, ...), from physical vectors."""
     A, r, mu = scene.body.floats()
@@ -178,7 +173,9 @@ def _walk_claims(
 
 def _drift(scene: Scene, tolerance: float, marks: Array, orbits: int) -> Array:
     """Root mean square drifts of the integrals at all marks but the first, (3, k)."""
-    parts = spread(passing(scene, orbits), -(-orbits // SIDE_BY_SIDE), axis=1)
+    # Orbits that pass the separatrices.
+    starts = scene.starts(orbits, 1e-4, 0.2 * scene.J2)
+    parts = spread(starts, -(-orbits // SIDE_BY_SIDE), axis=1)
     work = partial(states_at, scene.c, times=marks, tolerance=tolerance)
     found = side_by_side(work, (), False, parts, scene.jobs)
     # In long doubles, because rounding in the evaluation of the integrals would hide their drift.

@@ -19,6 +19,7 @@ from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, T
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
@@ -115,7 +116,7 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
     def measure() -> Findings:
         body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most_symbols)
         problem = RouteProblem(body, exact(extreme.h0), exact(extreme.J1_0), n)
-        found = scenes.routes(problem, phases, jobs)
+        found = scenes.routes(problem, phases, resolve(), jobs)
         # Uncertain symbols may be wrong: only certain ones count.
         worst = np.max(_errors(problem, found, phases, jobs), where=found.certain, initial=0.0)
         return [worst, 1 - found.certain.mean()], {}

@@ -132,12 +132,11 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
         # Different phases for each J1_0, but the same in every run.
         phases = random_phases(orbits, (asked.seed, *J1_0.encode()))
         problem = RouteProblem(asked.body, asked.h0, exact(J1_0), N_SYMBOLS)
-        default = scenes.routes(problem, phases, jobs)
+        default = scenes.routes(problem, phases, resolve(), jobs)
         true = true_codes(problem, phases, default.codes, checked, jobs)
         # A tolerance spoils only integrations; the maps' tables have a trial of their own.
-        alone = [
-            scenes.routes(problem, phases, jobs, (53,), float(x), "integration") for x in tolerances
-        ]
+        coarse = [resolve("taylor", x, (53,)) for x in tolerances]
+        alone = [scenes.routes(problem, phases, x, jobs, "integration") for x in coarse]
         told = [principal_axes.judged(x, true) for x in (*alone, default)]
         coarsest = np.argmax(np.array(tolerances, dtype=float))
         values = [
@@ -163,9 +162,9 @@ def true_codes(
     first = phases[:checked]
     if not principal_axes.installed():
         return symbols(scenes.route_crossings(problem, first, jobs, TRUTH_BITS, "scipy").separatrix)
-    true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
-    differ = (true != doubted).any(axis=0)
-    true[:, differ], _ = principal_axes.settled(problem, phases[differ], doubted[:, differ], jobs)
+    true, _ = principal_axes.settled(
+        problem, phases, doubted, jobs, (53, *principal_axes.TRUTH_BITS)
+    )
     if checked and principal_axes.offers(TRUTH_BITS):
         true[:, :checked] = principal_axes.codes(problem, first, bits=TRUTH_BITS, jobs=jobs)
     return true
@@ -176,7 +175,7 @@ def hard_trial() -> Trial:
 
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
-        found = scenes.routes(HARD, phases, 1)
+        found = scenes.routes(HARD, phases, resolve())
         true = true_codes(HARD, phases, found.codes, 1, 1)
         return [principal_axes.judged(found, true)["wrong_trusted"]], {}
 
@@ -186,18 +185,19 @@ def hard_trial() -> Trial:
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
     """A copy of the map with a smooth function of a relative size added to every table."""
     random = np.random.default_rng(seed)
-    charts = []
-    for chart in made.charts:
-        tables = []
-        for table in chart:
-            # Adding 0.0 copies an array of doubles as well as one of pairs.
-            values = table.values + 0.0
-            # Only the lowest coefficients: a smooth error, as of a wrong
-            # series, and not noise.
-            values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
-            tables.append(table._replace(values=values))
-        charts.append(type(chart)(*tables))
-    return replace(made, charts=(charts[0], charts[1]))
+
+    def other(values: Any) -> Any:
+        # Adding 0.0 copies an array of doubles as well as one of pairs.
+        values = values + 0.0
+        # Only the lowest coefficients: a smooth error, as of a wrong series, and not noise.
+        values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
+        return values
+
+    charts: Any = (
+        type(chart)(*(table._replace(values=other(table.values)) for table in chart))
+        for chart in made.charts
+    )
+    return replace(made, charts=tuple(charts))
 
 
 def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
@@ -218,7 +218,7 @@ def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Tria
 
     def measure() -> Findings:
         phases = random_phases(orbits, (seed, orbits))
-        true = scenes.routes(problem, phases, jobs).codes
+        true = scenes.routes(problem, phases, resolve(), jobs).codes
         if principal_axes.installed():
             true = true_codes(problem, phases, true, 0, jobs)
         flags = [

@@ -22,6 +22,7 @@ from rigidpend.experiments.stress.scenes import (
 )
 from rigidpend.experiments.stress.schema import Passages, Precision
 from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, whisker_growth
 
@@ -143,7 +144,7 @@ def decided_trial(
         # Predicted before anything is measured.
         predicted = predicted_symbols(scene, problem, bits, sizes.orbits)
         phases = random_phases(columns, scene.seed)
-        found = scenes.routes(problem, phases, scene.jobs, (bits,))
+        found = scenes.routes(problem, phases, resolve(precisions=(bits,)), scene.jobs)
         decided = found.certain.sum(axis=0)
         values = [abs(float(np.median(decided) - np.median(predicted)))]
         values += [_wrong(problem, found, phases[:checked], scene.jobs)] if checked else []
@@ -162,7 +163,7 @@ def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, jobs: int) -
     bits = finer(int(found.bits[0]))
     # Above 113 bits integers judge, which share no arithmetic with the kernel.
     engine = "taylor" if bits == TRUTH_BITS else "scipy"
-    known = scenes.routes(problem, phases, jobs, (bits,), engine=engine)
+    known = scenes.routes(problem, phases, resolve(engine, None, (bits,)), jobs)
     differ = found.codes[:, : phases.size] != known.codes
     return float((found.certain[:, : phases.size] & differ).sum())
 

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -20,13 +21,12 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.mechanics.free_body import exponent, fastest_rate, theta1
-from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, resolve
 from rigidpend.routes.certainty import FIRST_SCALES
-from rigidpend.routes.codes import RouteCodes, codes_of
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run
@@ -190,18 +190,8 @@ def followed(scene: Scene, orbits: Orbits, bits: int = 53) -> Crossings:
     )
 
 
-def routes(
-    problem: RouteProblem,
-    phases: Any,
-    jobs: int,
-    precisions: Sequence[int] = PRECISIONS,
-    tolerance: float | None = None,
-    method: str = "auto",
-    engine: str = "taylor",
-) -> RouteCodes:
-    """Route codes as `rigidpend.route_codes` gives them."""
-    arithmetic = resolve(engine, tolerance, precisions)
-    return codes_of(problem, phases, arithmetic, jobs, method, use_kept=True)
+routes = partial(codes_of, use_kept=True)
+"""Route codes as `rigidpend.route_codes` gives them."""
 
 
 def route_crossings(

@@ -1,7 +1,5 @@
 """Every method finds the symbols of Fig. 4, and crossing times to what its knob promises."""
 
-from __future__ import annotations
-
 import functools
 import multiprocessing
 from collections.abc import Iterator
@@ -11,15 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.bench import problems, solvers
+from rigidpend.experiments.bench import problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant
-from rigidpend.experiments.bench.peers import compared, ready
+from rigidpend.experiments.bench.peers import Solver, compared, ready
 from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
-from rigidpend.experiments.bench.solvers import Solver
-from rigidpend.experiments.principal_axes import euler_poisson_field, initial
+from rigidpend.experiments.principal_axes import initial
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.start import Scales, start, states_double
-from tests.orbits.integrate.problems import FIG4, GENERIC, needs_heyoka
+from tests.orbits.integrate.problems import FIG4, needs_heyoka
 from tests.strategies import aligned_from_body
 
 pytestmark = needs_heyoka("the references in 113 bits")
@@ -107,14 +104,3 @@ def test_the_start_in_principal_axes_is_that_of_the_aligned_components() -> None
     random = problems.random_routes(task.problem, 4)
     one_by_one = initial(random.problem, [exact(float(x)) for x in random.theta2_0])
     np.testing.assert_allclose(random.states, np.array(one_by_one, dtype=float).T, atol=2e-16)
-
-
-@pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
-def test_what_is_written_flat_agrees_with_the_field_and_takes_arrays_too(body: Any) -> None:
-    field, written = euler_poisson_field(*body.floats()), solvers.flat(body)
-    orbits = np.random.default_rng(0).normal(size=(6, 5))
-    one, found, rates = orbits[:, 0].tolist(), [0.0] * 6, np.empty_like(orbits)
-    written(found, 0.0, one, None)
-    np.testing.assert_array_equal(found, field(one))
-    written(rates, 0.0, orbits, None)
-    np.testing.assert_allclose(rates, field(orbits), rtol=1e-14, atol=1e-15)

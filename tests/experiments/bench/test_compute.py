@@ -1,7 +1,5 @@
 """The experiment `bench` in small: what it keeps, what it cuts, and how a run goes on."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from types import SimpleNamespace

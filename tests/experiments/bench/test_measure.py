@@ -1,7 +1,5 @@
 """How it is measured: search within its budget, meeting in turn, symbols counted, the worker."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,8 +16,8 @@ from rigidpend import Body
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import compute, measure, problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, Method
+from rigidpend.experiments.bench.peers import Solver
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Task
-from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.machine.workers import WorkerError
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -73,8 +71,8 @@ def test_a_variant_is_tried_at_every_tolerance_until_it_takes_longer_than_a_meet
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The median counts; what took too long is told too; the other variant begins anew."""
-    # Behind a solve that warms up, solves of 1, 5 and 2 seconds by the clock.
-    variants = {"naps": (7.0, 1.0, 5.0, 2.0)}, {"naps": (0.001,) * 4}
+    # Behind a solve that warms up, solves of 1, 2 and 5 seconds by the clock.
+    variants = {"naps": (7.0, 1.0, 2.0, 5.0)}, {"naps": (0.001,) * 4}
     monkeypatch.setitem(METHODS, "napping", Method("napping", "others", variants=variants))
 
     def lines(slowest: float) -> Any:
@@ -84,6 +82,7 @@ def test_a_variant_is_tried_at_every_tolerance_until_it_takes_longer_than_a_meet
 
     second = [(1, 0.01, 0.011), (1, 0.005, 0.006)]
     assert lines(99.0) == [(0, 0.01, 2.01), (0, 0.005, 2.005), *second]
+    assert lines(1.5) == [(0, 0.01, 1.01), (0, 0.005, 1.005), *second]
     assert lines(1.009) == [(0, 0.01, 1.01), *second]
 
 
@@ -171,7 +170,8 @@ def route(task: Task, turned: int = -1) -> Crossed:
 def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
     """Lines of methods with bodies; the method `wrong` errs in column 3; who was called with what.
 
-    Each orbit takes 2 ms by the clock, the first time with a body so many seconds more; in
+    Each orbit takes 2 ms by the clock, the first time with a body so many seconds more, and before
+    a method is ready it takes `made`; in
     principal axes an orbit takes `dear`, and in 64 bits is told `rough`, if that is not right.
     """
 
@@ -179,6 +179,8 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
         seen, called = set(), []
 
         def made(name: str, task: Task, entry: Any, threads: int) -> Solver:
+            clock[0] += more.get("made", 0.0)
+
             def solve() -> Crossed:
                 n = task.states.shape[1]
                 called.append((name, n, task.end))
@@ -253,8 +255,8 @@ def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
     """
     monkeypatch.setattr(measure, "expected_seconds", lambda _, orbits: 1e-3 * orbits)
     other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
-    [line], _ = lines("ours", 40, 0.15, longest, first=5.0, bodies=[other])
-    times = {"first": 5 + 2e-3 * n, "again": 2e-3 * n}
+    [line], _ = lines("ours", 40, 0.15, longest, first=5.0, made=0.25, bodies=[other])
+    times = {"first": 5.25 + 2e-3 * n, "again": 2e-3 * n}
     counts = {"symbols": 0, "wrong_symbols": 0, "wrong_trusted": 0, "undecided": 0}
     assert line["ours"] == pytest.approx({"orbits": n, **times, **counts})
 

@@ -1,7 +1,5 @@
 """What is read from measurements: which setting goes to a meeting, and what tables tell."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

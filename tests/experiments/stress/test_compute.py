@@ -1,7 +1,5 @@
 """The experiment `stress`: verdicts follow from claims; every trial a part; the exit code."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A lie would be found; orbits are found and read back, and what goes wrong is found out."""
 
-from __future__ import annotations
-
 from typing import Any
 from unittest.mock import Mock
 
@@ -10,6 +8,7 @@ import pytest
 
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.stress import honesty, scenes
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.symbolic import NoOrbit, find_orbit
@@ -83,7 +82,24 @@ def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     monkeypatch.setattr(principal_axes, "installed", lambda: False)
     asked, doubted = problem(n_symbols=1, J1_0="1e-6"), np.full((1, 3), 9, dtype=np.uint8)
     true = honesty.true_codes(asked, np.array([0.4, 1.1, 2.0]), doubted, 1, 1)
-    assert true.tolist() == scenes.routes(asked, [0.4], 1).codes.tolist()
+    assert true.tolist() == scenes.routes(asked, [0.4], resolve()).codes.tolist()
+
+
+def test_where_doubles_differ_in_principal_axes_more_bits_tell_the_truth(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of three orbits they get one wrong; one is followed in 113 bits in any case."""
+    right, asked = np.array([[0, 1, 1]], dtype=np.uint8), list[tuple[int, list[float]]]()
+
+    def codes(_: Any, phases: Any, *, bits: int, jobs: int) -> Any:
+        asked.append((bits, phases.tolist()))
+        return right[:, phases.astype(int)] ^ ((phases == 1) & (bits == 53))
+
+    for name, told in (("installed", lambda: True), ("offers", lambda _: True), ("codes", codes)):
+        monkeypatch.setattr(principal_axes, name, told)
+    true = honesty.true_codes(problem(n_symbols=1), np.arange(3.0), right, 1, 1)
+    assert true.tolist() == right.tolist()
+    assert asked == [(53, [0, 1, 2]), (64, [1]), (113, [0])]
 
 
 @pytest.mark.slow

@@ -1,7 +1,5 @@
 """Predicted errors against errors that are made; what agrees passes, what does not is noticed."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Trials tried, and their verdicts; what the small config asks for, with other settings."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigidpend.experiments.stress import scenes
@@ -29,8 +27,8 @@ def failed(trial: Trial | Any) -> set[str]:
 def changed(monkeypatch: Any, change: Any, right: Any = scenes.routes) -> None:
     """Let the routes that trials compute be changed: ``change(routes, True if spoilt)``."""
 
-    def other(problem: Any, phases: Any, jobs: int, *more: Any) -> Any:
-        # What is spoilt has precisions, a tolerance and a method of its own.
-        return change(right(problem, phases, jobs, *more), len(more) > 1)
+    def other(problem: Any, phases: Any, *more: Any) -> Any:
+        # What is spoilt has a method of its own, beside arithmetic and jobs.
+        return change(right(problem, phases, *more), len(more) > 2)
 
     monkeypatch.setattr(scenes, "routes", other)

@@ -1,7 +1,5 @@
 """Engines, bodies and orbits that the tests of the engines share."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Which engine serves, what is refused, that `jobs` changes nothing; DOP853 as one system."""
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Sums of doubles and their functions, as the kernel computes them, against fractions."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import random

@@ -1,7 +1,5 @@
 """Arrays of pairs of doubles against exact fractions and mpmath's numbers."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

@@ -4,8 +4,6 @@ For a touch an orbit is placed beside one, M3 = depth and M3' = 0, and carried b
 220 bits, from where every engine has to find what it does there.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 from fractions import Fraction

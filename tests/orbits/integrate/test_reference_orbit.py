@@ -1,7 +1,5 @@
 """Reference orbits: precision that falls, tangents, crossings, and differences from them."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """States at given times and at first crossings: tolerance, engines and numbers, integrals."""
 
-from __future__ import annotations
-
 import functools
 import math
 from fractions import Fraction
@@ -100,21 +98,6 @@ def test_fields_that_differ_by_numbers_alone_share_their_code(
     found = [grows(k / 64) for k in range(2, 30)]
     np.testing.assert_allclose(found, np.exp(np.arange(2, 30) / 128), rtol=1e-14)
     assert len({call.args for call in compiled.call_args_list}) <= 1
-
-
-def rational(state: Any) -> list[Any]:
-    """Every operation that a field may have, on rates that have closed forms."""
-    s, c, e, r, q, p = state
-    return [c, 0 - s, 1 + e * 1, 1 / (2 * r), -q * q / 1, r * p / (2 * r * r)]
-
-
-def test_a_field_of_every_operation_agrees_with_its_closed_form() -> None:
-    t = np.linspace(0.0, 0.45, 7)
-    found = states_at(rational, [0.0, 1.0, 0.0, 1.0, 0.5, 2.0], t)
-    root = np.sqrt(1 + t)
-    # p' = p/(2 r) with r = sqrt(1 + t).
-    expected = [np.sin(t), np.cos(t), np.expm1(t), root, 0.5 / (1 + 0.5 * t), 2 * np.exp(root - 1)]
-    np.testing.assert_allclose(found, expected, rtol=4e-15, atol=2e-15)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Engine `taylor`: lanes that take one orbit after another."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any

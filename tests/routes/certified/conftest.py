@@ -1,7 +1,5 @@
 """The stored full shift and the orbits of its sets, followed once by each checker."""
 
-from __future__ import annotations
-
 import pytest
 
 from scripts import check_series

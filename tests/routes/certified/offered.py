@@ -3,8 +3,6 @@
 The second checker has sets, steps and balls of its own; here the package's become these.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction

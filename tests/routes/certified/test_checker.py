@@ -1,7 +1,5 @@
 """The checkers of one orbit: every slip that they must notice, and that they share nothing."""
 
-from __future__ import annotations
-
 import ast
 import math
 from collections.abc import Callable, Sequence

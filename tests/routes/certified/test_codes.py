@@ -1,7 +1,5 @@
 """Certified codes: against 113 bits, of configs, and where none is proven."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 from typing import Any
@@ -99,15 +97,6 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
     )
     assert found.status == ["undecided"]
     assert found.separatrix[:, 0].tolist() == [2, *[0] * n]
-
-
-def test_progress_names_a_phase_of_a_grid_by_one_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(codes, "LINE_SECONDS", -1.0)
-    lines: list[str] = []
-    phase = exact("0") + exact("1/10") * 16
-    certify_codes(BODY, iter([phase]), h0="1.3342", J1_0="1e-8", n_symbols=1, report=lines.append)
-    assert lines
-    assert all(line.startswith("theta2_0 = 1.6: ") for line in lines)
 
 
 def test_no_orbits_are_no_trouble() -> None:

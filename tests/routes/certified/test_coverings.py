@@ -3,8 +3,6 @@
 Where a limit lies is computed here, in doubles, from docs/full-shift.md.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction
@@ -37,8 +35,7 @@ from tests.config.samples import content as typed
 from tests.routes.certified import offered
 from tests.routes.certified.offered import BARELY, BITS, CONFIG, Stored, agree, quad_of, said, step
 
-ALONE, WIDEST = 2.0**-5, 2.0**-12
-AT_ORBITS = Fraction(1), "C3", check_passages.WIDEST
+ALONE = 2.0**-5
 
 
 # ---- C6

@@ -1,7 +1,5 @@
 """Sets that move with the energy: starts of one J2_0, intervals of energies, by both checkers."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import random
@@ -186,6 +184,20 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
         w = float((Fraction(height) - found.shift) / found.spread)
         assert value(found.proven.start.w, u, 0.0) == pytest.approx(w, abs=1e-6)
         assert abs(w) < 1
+
+
+@pytest.mark.slow
+def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
+    """U and V of what is drawn, less the mean curve, are -1 and 1 all around each set."""
+    drawn = found.data["drawn"]
+    np.testing.assert_allclose(drawn["d"][:, -1], drawn["d"][:, 0], rtol=1e-9)
+    for quad, chi, d in zip(found.quads, drawn["chi"], drawn["d"], strict=True):
+        g, alike = -np.sin(chi), [x for x in found.quads if x.rising == quad.rising]
+        mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
+        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p, dtype=float))
+        U = off / float(quad.a)
+        V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
+        np.testing.assert_allclose(np.maximum(abs(U), abs(V)), 1, atol=1e-6)
 
 
 def test_longer_passages_ask_for_more_bits(monkeypatch: pytest.MonkeyPatch) -> None:

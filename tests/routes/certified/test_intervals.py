@@ -1,7 +1,5 @@
 """Symbols of whole intervals of starts: proven by both checkers, against 113 bits, and spoilt."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re
@@ -33,7 +31,7 @@ from scripts import check_pieces, check_sections
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
-from tests.remembered import Inline
+from tests.remembered import inline
 from tests.routes.certified.offered import (
     BITS,
     BODY,
@@ -264,7 +262,7 @@ def test_a_body_of_two_moments_is_refused() -> None:
 def test_each_interval_is_asked_and_the_page_tells_shares(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those that have symbols, each with its own steps; one that is not proven is named."""
     every = Mock(return_value="")
-    monkeypatch.setattr(script, "ProcessPoolExecutor", Inline)
+    monkeypatch.setattr(script, "ProcessPoolExecutor", inline)
     monkeypatch.setattr(script, "checked", every)
     file = REFERENCE / "fig4_intervals.h5"
     [told] = script.check(file, CONFIG)

@@ -1,7 +1,5 @@
 """Models of functions, and the norm by which orbits part: what they contain, and by how much."""
 
-from __future__ import annotations
-
 import math
 import random
 from fractions import Fraction

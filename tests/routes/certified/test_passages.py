@@ -3,8 +3,6 @@
 The second one shares nothing with the package, and so tells where each limit lies.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

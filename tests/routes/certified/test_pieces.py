@@ -1,7 +1,5 @@
 """Data of proofs: steps and sets as arrays and in files, and what is none, for both readers."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from pathlib import Path
 from typing import Any

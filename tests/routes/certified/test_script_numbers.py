@@ -1,7 +1,5 @@
 """Intervals of the second checkers contain what they enclose, and of rising functions no more."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Iterator
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The body and energy of these tests, those of Fig. 4, and orbits of them."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Doubly asymptotic orbits: how many, symmetry, integration; their phases to 30 digits."""
 
-from __future__ import annotations
-
 import copy
 import functools
 import math

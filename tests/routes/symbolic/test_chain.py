@@ -1,7 +1,5 @@
 """Chains of passages: their equations' derivatives, and orbits followed by the map itself."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import math

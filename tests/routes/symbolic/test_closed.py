@@ -1,7 +1,5 @@
 """Closed orbits, closed again by integration in 113 bits, and the growth of deviations."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Orbits from their codes, each confirmed by integration; codes and addresses of given orbits."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from decimal import Decimal
