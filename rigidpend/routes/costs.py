@@ -17,7 +17,7 @@ from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
-from rigidpend.routes.certainty import LIMIT_OF_THREE
+from rigidpend.routes.certainty import LIMIT_OF_THREE, kept_bits
 from rigidpend.routes.problem import (
     RouteProblem,
     closeness,
@@ -53,12 +53,13 @@ and 75 bits left 0 to 4 open, where maps of 64 and 72 left up to 17. Maps of 82 
 to 9 open of twelve bodies, and 35 to 110 of four whose passages take 20 to 28 rotations. Maps of 64
 bits and in doubles left 1, 12 and 140 open of three bodies whose tables converge slowly, where
 those of 72 bits would take longer than they may."""
-RUNGS = 64, 76, 88, 117, 128
+RUNGS = 64, 76, 88, 109, 120, 131
 """Bits of the rungs: one integration in each, between two precisions, is all that most orbits need.
 
 Their series are shorter: with three random bodies a rung up to 88 bits took 0.36, 0.49 and 0.69 of
-the time of an integration in 106 bits, the others 0.45 and 0.58 of one in 160. From one rung to the
+the time of an integration in 106 bits, others 0.45 and 0.58 of one in 160. From one rung to the
 next there are at least four more orders of the series, by which the truncation error falls by e^8.
+Those beyond pairs of doubles begin `GAP_BITS` above what these keep (`certainty.KEPT_IN_PAIRS`).
 """
 CLIMBING = 0.6
 """Time of orbits that a lower rung already decides, as a share of that in the full precision.
@@ -79,11 +80,11 @@ REGULAR, EVEN = 0.015, 1.3
 
 With 40 nearly symmetric bodies, where 0 to 100 % of 96 orbits stayed open in doubles, these values
 give 38 of the shares within 0.12, and two within 0.21."""
-HANDED_OVER = 0.35
+HANDED_OVER = 0.28
 """Time of an orbit that is handed over to a map, as a share of that of an integration in pairs.
 
-Of eight random bodies, whose passages take 20 to 53 rotations and of whose orbits maps left 0.2 to
-7 % open, it was 0.27 to 0.48, including the orbits that need more bits than pairs have."""
+Of seven random bodies, whose passages take 20 to 53 rotations and of whose orbits maps left 0.2 to
+7 % open, it was 0.22 to 0.42, including the orbits that need more bits than pairs have."""
 STAKE = 2
 """Largest ratio of the time for tables to the time that they are expected to save in this call.
 
@@ -189,7 +190,7 @@ def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRE
 
 def fits(bits: int, precisions: Sequence[int]) -> bool:
     """True if one computation in `bits` bits pays: between the precisions, and not close to any."""
-    far = all(abs(p - bits) >= CLOSEST for p in precisions)
+    far = all(abs(kept_bits(p) - bits) >= CLOSEST for p in precisions)
     return far and precisions[0] < bits < max(precisions)
 
 
@@ -198,6 +199,16 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     least = (SHARPEST, SHARPER) if passage_rotations(problem) >= DEEP else (SHARPER,)
     further = {bits: (*(bits + more for more in FINER[bits]), 53) for bits in least}
     return *((bits, second) for bits in least for second in further[bits]), (53, 53)
+
+
+def built_bits(map_bits: tuple[int, int]) -> tuple[int, int, int]:
+    """Bits that the first, second and third map are built with, for computations of `map_bits`.
+
+    Where passages are deep the first map is as sharp as the second: its own computation leaves
+    terms of it out, but orbits that are handed over to it get all of them.
+    """
+    first, second = map_bits
+    return (max(map_bits) if first == SHARPEST else first), second, first
 
 
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:

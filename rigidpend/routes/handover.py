@@ -50,7 +50,7 @@ def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequenc
         found = columns_of(known.crossings, columns)
         found.outcome[:] = Outcome.FAILED
         which = ladder.index(bits) % 2
-        at = handover(maps, bits - maps.map_bits[which], columns, known)
+        at = handover(maps, bits - maps.built_bits[which], columns, known)
         some = np.flatnonzero(at)
         if some.size:
             given = columns[some], columns_of(found, some), at[some], which

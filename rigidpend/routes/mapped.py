@@ -91,11 +91,8 @@ Task: TypeAlias = tuple[int, Design]
 
 
 def _tasks(designs: list[Design], map_bits: tuple[int, int]) -> list[Task]:
-    """The maps of some designs; `map_bits` are the bits of the first and of the second.
-
-    A third map has those of the first.
-    """
-    return [(map_bits[design == SECOND], design) for design in designs]
+    """The maps of some designs, for computations of two numbers of bits."""
+    return list(zip(costs.built_bits(map_bits), designs, strict=False))
 
 
 def _expected(problem: RouteProblem, tasks: list[Task]) -> dict[Task, float]:
@@ -153,7 +150,7 @@ class Maps:
 
     def _use(self, map_bits: tuple[int, int]) -> None:
         """Take the maps whose first and second have these bits into use."""
-        self.map_bits = map_bits
+        self.map_bits, self.built_bits = map_bits, costs.built_bits(map_bits)
         made, asked = zip(map_bits, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
         # A map makes one computation beyond doubles, and this settles symbols only if it is sharper
         # than the one before by enough bits.
@@ -235,7 +232,7 @@ class Maps:
         dimensionless, and times t' (N,). The result is the separatrix of each of these, (N,), and
         the `count` crossings that follow, times t'.
         """
-        bits, design = self.map_bits[which], self.designs[which]
+        bits, design = self.built_bits[which], self.designs[which]
         a, unit, made = precision(bits), Fraction(design.unit), self.map_of(bits, design)
         given = np.stack([a.array(x) for x in (*(states[:3] * unit), *states[3:])])
         # d and chi do not depend on the length of gamma, which other scales change.
@@ -263,7 +260,7 @@ class Maps:
         # Several threads may ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                made = self.map_of(self.map_bits[design == SECOND], design)
+                made = self.map_of(self.built_bits[self.designs.index(design)], design)
                 starts, coarse, (first, second) = self.run.starts, 0.0, self.map_bits
                 if bits == first < second and design == FIRST:
                     # The first map leaves out terms until it errs 2^(difference of the bits) times

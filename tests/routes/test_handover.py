@@ -13,8 +13,10 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.records import columns as columns_of
-from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS
-from rigidpend.routes import certainty, choice, handover
+from rigidpend.orbits.return_map import ReturnMap
+from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS, FIRST
+from rigidpend.orbits.return_map.program import Program
+from rigidpend.routes import certainty, choice, costs, handover
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.handover import LATEST, TIME_ERROR_BITS, handed_over
@@ -64,11 +66,11 @@ def whole(exact: Crossings, open_: Any) -> Crossings:
     return columns_of(exact, open_)
 
 
-LADDER = 88, 106, 117, 128, 160, 500
+LADDER = 88, 106, 109, 120, 160, 500
 
 
 def taken_over(maps: Maps, bits: int, columns: Any, known: Decided) -> Any:
-    more = bits - maps.map_bits[LADDER.index(bits) % 2]
+    more = bits - maps.built_bits[LADDER.index(bits) % 2]
     return handover.handover(maps, more, columns, known)
 
 
@@ -100,6 +102,33 @@ def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrat
     # What is known before errs by ten times as much and more.
     before = columns_of(known.crossings, open_[some]).time - columns_of(whole, some).time
     assert np.median(np.abs(before[-1] / own[-1])) > 10
+
+
+def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_map(
+    known: Decided, open_: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first map's own computation, of 82 bits, leaves terms out."""
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
+    maps, more, used, program = Maps(run()), list[int](), set[Any](), ReturnMap.program
+
+    def watched(made: ReturnMap, bits: int, *given: Any) -> Program:
+        used.add((made.design, made.bits, bits, given[-1] > 0))
+        return program(made, bits, *given)
+
+    def nowhere(_: Maps, by: int, columns: Any, __: Any) -> Any:
+        more.append(by)
+        return 0 * columns
+
+    monkeypatch.setattr(ReturnMap, "program", watched)
+    monkeypatch.setattr(handover, "handover", nowhere)
+    one = columns_of(known.crossings, open_[:1])
+    for bits in (106, 109):
+        handed_over(maps, lambda *_: one, known, LADDER)(bits, certainty.FIRST_SCALES, open_[:1])
+    assert more == [106 - 90, 109 - 90]
+    maps.crossings(82, certainty.FIRST_SCALES, open_)
+    beside_2 = np.array([[1, 1e-4, 0, 0.6, 0.8, 0]]).T
+    maps.onward(0, open_[:1], beside_2, np.zeros(1), 3, rising=True)
+    assert used == {(FIRST, 90, 82, True), (FIRST, 90, 90, False)}
 
 
 def told(error: Any, certain: Any) -> tuple[Any, Decided]:

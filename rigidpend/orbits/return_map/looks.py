@@ -213,6 +213,8 @@ class Shrinking(NamedTuple):
     The tables are the chart and the inverse chart of downward, then of upward crossings."""
     by_phase: tuple[Any, ...]
     """Terms of the same four tables by harmonic of the phase."""
+    exponent: float
+    """The Floquet exponent Lambda_0, radians^-1."""
 
 
 def second_look(body: Rough, layer: Layer) -> Shrinking:
@@ -240,7 +242,7 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
         forward = forward_table(*sizes, nf, body.c, length, a)
         tables += [forward, inverse_table(rising, forward, layer.widest_I, nf.n, nf, a)]
     by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
-    return Shrinking(by_degree, by_x, by_phase)
+    return Shrinking(by_degree, by_x, by_phase, float(nf.exponent[0, 0]))
 
 
 def _reach(body: Rough, layer: Layer, nf: NormalForm) -> float:

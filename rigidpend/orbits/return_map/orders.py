@@ -126,6 +126,24 @@ def orders(
         # more: what a chart leaves out is larger than its last harmonic.
         2 * max(terms_until(x, target) for x in seen.by_phase[::2]) + 1,
         2 * max(terms_until(x, target) for x in seen.by_phase[1::2]) - 1,
-        math.ceil(nats / math.log(2 * body.h / half) + 1) if half else 1,
+        energy_nodes(seen.exponent, body.h / half, nats) if half else 1,
         body.arc_length(max(layer.widths)),
     )
+
+
+def energy_nodes(exponent: float, distance: float, nats: float) -> int:
+    """The number of Chebyshev nodes in the energy for a truncation error exp(-nats).
+
+    `exponent` is Lambda_0, radians^-1, and `distance` that of the energy 0, where tables are
+    singular, from the middle of the interval, in half widths of it. Functions turn with the phase
+    s, which contains ln(h)/Lambda_0: on a circle around the middle of the interval that reaches the
+    share f of the distance they grow to exp(asin(f)/Lambda_0), and n nodes leave an error of that
+    over (2 f distance)^n. The least of these bounds has tan(asin(f)) = n Lambda_0.
+    """
+    n, error = 0, math.inf
+    while error > -nats:
+        n += 1
+        slope = n * exponent
+        gained = n * math.log(2 * distance * slope / math.hypot(1, slope))
+        error = math.atan(slope) / exponent - gained
+    return n

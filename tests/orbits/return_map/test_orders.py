@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rigidpend.numbers.exact import exact
@@ -19,7 +21,7 @@ from rigidpend.orbits.return_map.looks import (
     second_look,
     whole_reach,
 )
-from rigidpend.orbits.return_map.orders import Orders, building_seconds
+from rigidpend.orbits.return_map.orders import Orders, building_seconds, energy_nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
@@ -168,3 +170,16 @@ def test_a_map_is_expected_to_cost_more_in_more_bits_and_with_theta3() -> None:
     costs = [expected_cost(FIG4, h, h, bits, FIRST) for bits in (53, 64, 106, 113)]
     assert costs == sorted(costs)
     assert costs[-1] < 4 * costs[0]
+
+
+@pytest.mark.parametrize("exponent", [0.01, 0.0463, 0.2, 1.0])
+@pytest.mark.parametrize("distance", [3.0, 100.0, 1e5])
+@pytest.mark.parametrize("nats", [36.0, 68.0])
+def test_nodes_of_the_energy_are_those_of_the_best_circle(
+    exponent: float, distance: float, nats: float
+) -> None:
+    """Each circle around the interval, up to one through the energy 0, bounds the error."""
+    share = np.linspace(1e-4, 1, 100_000)[1:-1]
+    growth, gained = np.arcsin(share) / exponent, np.log(2 * share * distance)
+    fewest = next(n for n in itertools.count(1) if (growth - n * gained).min() < -nats)
+    assert energy_nodes(exponent, distance, nats) == fewest
