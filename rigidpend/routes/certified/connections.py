@@ -14,11 +14,10 @@ from flint import arb, ctx
 
 from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import PARAMETERS, Family
+from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family
 from rigidpend.routes.certified.passages import Reached
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
-    INPUT_BITS,
     POINT_BOX,
     Numbers,
     largest,

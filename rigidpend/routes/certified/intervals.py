@@ -19,10 +19,10 @@ from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import ARB_BITS, start_of
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import followed, signs_on_parts
 from rigidpend.routes.certified.pieces import FamilyStep
-from rigidpend.routes.certified.sections import INPUT_BITS, Numbers
+from rigidpend.routes.certified.sections import Numbers
 
 MOST_TERMS = 100
 """Largest number of terms of cosine and sine on an interval."""

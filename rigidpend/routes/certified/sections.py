@@ -26,11 +26,9 @@ from rigidpend.routes.certified.balls import (
     upper,
 )
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import PARAMETERS, Family
+from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 
-INPUT_BITS = 160
-"""Bits in which the numbers of the problem are enclosed."""
 W_WEIGHT = 64
 """Weight of w in the difference of two orbits of different energies (C7); any number will do."""
 W_FAMILY = Family.of({(0, 0, 0, 1): 2}, 0)
@@ -114,11 +112,22 @@ class Numbers(NamedTuple):
 
     @classmethod
     def of(
-        cls, body: Body, h: Exact, spread: Fraction = Fraction(0), h0: Exact | None = None
+        cls,
+        body: Body,
+        h: Exact,
+        spread: Fraction = Fraction(0),
+        h0: Exact | None = None,
+        *,
+        bits: int = INPUT_BITS,
+        unit: arb | int = 1,
     ) -> Numbers:
-        """Enclose the numbers of a body and of the energies h + spread w."""
-        with ctx.workprec(INPUT_BITS):
+        """Enclose the numbers of a body and of the energies h + spread w.
+
+        M is in units of `unit`, t' in those of its inverse, and so a torque in those of its square.
+        """
+        with ctx.workprec(bits):
             p = angles(body)
+            p = p._replace(mu=p.mu / unit**2)
             half, field = p.alpha0 / 2, aligned_coefficients(p, BALLS)
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
             held = None if h0 is None else arb(h0.over(BALLS))

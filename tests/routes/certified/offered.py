@@ -23,9 +23,9 @@ from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import approximation, codes, intervals, passages, pieces, sections
-from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.orbit import enclosed
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -241,7 +241,7 @@ class Start(NamedTuple):
         """The orbit, or one from a state of which Qm is off."""
         start = enclosed(self.problem, PHASE, bits + 64)
         state = [x + Qm * (k == 1) for k, x in enumerate(start.state)]
-        return approximation.Approximation(start.coefficients, state)
+        return approximation.Approximation(start.numbers.field, state)
 
     def checks(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
         """Of the orbit, whose last crossing is never reached."""

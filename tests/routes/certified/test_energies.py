@@ -29,8 +29,8 @@ from rigidpend.routes.certified import (
     sections,
     start_lines,
 )
-from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.orbit import enclosed
 from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Quad,
@@ -177,7 +177,7 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
     for theta2 in (Fraction("1.56"), Fraction("1.5625"), Fraction("1.564")):
         start = enclosed(problem, exact(theta2), 160)
         Qp, Qm, M3, *gamma = (float(x.mid()) for x in start.state)
-        unit, c = float(start.unit), start.coefficients
+        unit, c = float(start.unit), start.numbers.field
         u = (line["e1"] * gamma[0] + line["e2"] * gamma[1] - line["centre"]) / line["half"]
         values = [value(each, u, 0.0) for each in begin]
         np.testing.assert_allclose(values, [unit * Qp, Qm, unit * M3, *gamma], atol=1e-12)
