@@ -9,7 +9,7 @@ count in the unit of :class:`Enclosed`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 from flint import arb, ctx
@@ -108,57 +108,57 @@ class OrbitChecker:
                 M3, beside = at_ends(states[2], parts)
                 sizes = [(abs(a) + abs(b)) / 2 + beside for a, b in pairwise(M3)]
                 self.bound, _ = tube(sizes, half.bound, begin + 2 * leap, self.growth, "H")
-                doubt = self._doubt(states, half.bound, parts)
-                if not doubt:
+                try:
+                    found = self._crossings(states, half.bound, parts)
                     break
+                except Undecided as doubt:
+                    reason = doubt
             else:
-                raise Undecided(doubt)
+                raise reason
+            self.crossings += found
             self.time += 2 * half.bound
 
-    def _doubt(self, states: Sequence[Path], half: arb, parts: int) -> str:
-        """H4 and H5: the reason for which M3's signs or crossings are not shown; empty if they are.
-
-        Only if all of them are shown are the step's crossings recorded.
-        """
-        away = self.bound / self.growth.upright
+    def _crossings(self, states: Sequence[Path], half: arb, parts: int) -> list[ProvenCrossing]:
+        """H4: the crossings of a step, between parts on which the sign of M3 is shown."""
+        away, found = self.bound / self.growth.upright, []
         sides = [(x > away) - (x < -away) for x in on_parts(states[2], parts)]
         # Both ends must be told. No crossing falls between two steps then: the exact M3 where they
         # join has the sign of either polynomial, for each is farther from zero than from it.
         if not (sides[0] and sides[-1]):
-            return "H4: M3 is too near zero at an end of a step for its sign to be told"
-        found = []
-        for first, last in _gaps(sides):
+            raise Undecided("H4: M3 is too near zero at an end of a step for its sign to be told")
+        runs = [list(run) for _, run in groupby(range(parts), sides.__getitem__)]
+        for before, run, behind in zip(runs, runs[1:], runs[2:], strict=False):
+            if sides[run[0]]:
+                continue
             # The same side again: a touch of M3 = 0, or two crossings that these parts do not part.
-            if sides[first - 1] == sides[last + 1]:
-                return "H4: M3 comes too near zero without crossing it"
-            crossing = self._crossing(states, slice(first, last + 1), half, parts)
-            if isinstance(crossing, str):
-                return crossing
-            found.append(crossing)
-        self.crossings += found
-        return ""
+            if sides[before[0]] == sides[behind[0]]:
+                raise Undecided("H4: M3 comes too near zero without crossing it")
+            found.append(self._crossing(states, slice(run[0], run[-1] + 1), half, parts))
+        return found
 
     def _crossing(
         self, states: Sequence[Path], where: slice, half: arb, parts: int
-    ) -> ProvenCrossing | str:
-        """H5: the one crossing on a run of parts, or the reason for which it is not shown."""
+    ) -> ProvenCrossing:
+        """H5: the one crossing on a run of parts."""
         slopes, apart = states[2].derivative(), self._rate_apart(states, half)
         rates = on_parts(slopes, parts)[where]
         # Neighbouring parts share an end, so a positive bound on each gives one sign on all.
         if not all(abs(x) > apart for x in rates):
-            return "H5: M3 crosses zero too slowly for it to be one crossing"
+            raise Undecided("H5: M3 crosses zero too slowly for it to be one crossing")
         # Where M3 rises, beside 2 and 4, Qp is large and its sign tells which; where it falls,
         # beside 1 and 3, it is Qm.
         rising = rates[0] > 0
         large = on_parts(states[0 if rising else 1], parts)[where]
         if not all(abs(x) > self.bound for x in large):
-            return "H5: Q is too near zero at a crossing to tell its separatrix"
+            raise Undecided("H5: Q is too near zero at a crossing to tell its separatrix")
         ends = [(2 * k - parts) / parts for k in (where.start, where.stop)]
         x = self._zero(states[2], slopes, ends, min(abs(x).lower() for x in rates))
         # x = -1 is the beginning of the step, and times here are in units of 1/unit.
         time = (self.time + (1 + x) * half) / self.unit
         separatrix = separatrix_beside(rising, large[0], large[0])
-        return ProvenCrossing(*_contained(time), separatrix, double_above(self.bound))
+        middle = float(time.mid())
+        radius = double_above(abs(time - arb(middle)))
+        return ProvenCrossing(middle, radius, separatrix, double_above(self.bound))
 
     def _rate_apart(self, states: Sequence[Path], half: arb) -> arb:
         """The right side of H5, a bound on the distance of dM3/dx from that of the exact orbit."""
@@ -184,17 +184,3 @@ class OrbitChecker:
             x = min(max(x, ends[0]), ends[1])
         off = abs(M3.value(arb(x))) + self.bound / self.growth.upright
         return arb(x, (off / least).upper())
-
-
-def _contained(ball: arb) -> tuple[float, float]:
-    """A double, and a distance from it within which the whole ball lies."""
-    middle = float(ball.mid())
-    return middle, double_above(abs(ball - arb(middle)))
-
-
-def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
-    """First and last index of each run of zeros."""
-    # The first and the last side are known, so every run of zeros has a neighbour on either side.
-    starts = [k for k, side in enumerate(sides) if not side and sides[k - 1]]
-    ends = [k for k, side in enumerate(sides) if not side and sides[k + 1]]
-    return list(zip(starts, ends, strict=True))
