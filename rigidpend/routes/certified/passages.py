@@ -23,6 +23,7 @@ from rigidpend.routes.certified.sections import (
     W_SLOPES,
     Numbers,
     beginning,
+    begun,
     distances,
     largest,
     line_beginning,
@@ -115,8 +116,7 @@ def energies_along(
 
     The energy is h0 = kappa J2_0^2/2 and that of the weight, which gamma tells.
     """
-    gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
-    c = numbers.field
+    (_, _, _, gamma1, gamma2, _), c = begun(piece), numbers.field
     with ctx.workprec(INPUT_BITS):
         r1, r2, off = (Family.of_ball(x, INPUT_BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
         per = Family.of_fraction(1 / numbers.spread, INPUT_BITS)

@@ -174,11 +174,6 @@ def arrived(
     )
 
 
-def begun(piece: FamilyStep) -> list[Family]:
-    """The states of a step at its beginning."""
-    return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
-
-
 def value(family: Family, u: float, v: Any = 0.0, w: float = 0.0) -> Any:
     """At the end z = 1, of what does not depend on time; v may be an array."""
     terms = ((map(int, at), int(c)) for at, c in family.doubled.to_dict().items())
