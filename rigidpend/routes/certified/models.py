@@ -74,12 +74,6 @@ class Family:
         """The derivative of the stored polynomial in z."""
         return self.doubled.derivative("z")
 
-    def _made(
-        self, doubled: Any, degree: int, bits: int, error: int, orders: Orders | None
-    ) -> Self:
-        """The result of an operation."""
-        return type(self)(doubled, degree, bits, error, orders)
-
     @classmethod
     def of(cls, terms: Mapping[Powers, int], bits: int) -> Self:
         """The sum of terms c T_j(x) u^k v^l w^m, without an error; a term with T_0 counts half.
@@ -152,7 +146,7 @@ class Family:
         if name == "z":
             # The series is stored times z^degree; side^-degree is side^degree.
             found, degree = found * side**degree, 0
-        return self._made(found, degree, self.bits, self.error, self.orders)
+        return type(self)(found, degree, self.bits, self.error, self.orders)
 
     def derivative(self) -> Self:
         """The exact derivative in x; ValueError for a family with an error."""
@@ -164,7 +158,7 @@ class Family:
         # is the doubled derivative times z^(degree - 1), as a series of that degree is stored.
         z = self._z
         sloped = 2 * (z * self._sloped() - self.degree * self.doubled) // (z * z - 1)
-        return self._made(sloped, max(self.degree - 1, 0), self.bits, 0, self.orders)
+        return type(self)(sloped, max(self.degree - 1, 0), self.bits, 0, self.orders)
 
     def partial(self, name: str) -> Self:
         """The derivative in u, v or w; ValueError if the functions need not be polynomials."""
@@ -173,23 +167,23 @@ class Family:
         # Differentiation multiplies each coefficient by its exponent, also those of what the
         # error allows for: they are at most the degree.
         error = self.error * self.orders[PARAMETERS.index(name)]
-        return self._made(self.doubled.derivative(name), self.degree, self.bits, error, self.orders)
+        return type(self)(self.doubled.derivative(name), self.degree, self.bits, error, self.orders)
 
     def widened(self, by: arb) -> Self:
         """The family of all functions that differ from these by at most `by`."""
         # They need not be polynomials, so no derivative of them is bounded.
         error = self.error + above(by * arb(2) ** self.bits)
-        return self._made(self.doubled, self.degree, self.bits, error, None)
+        return type(self)(self.doubled, self.degree, self.bits, error, None)
 
     def __neg__(self) -> Self:
-        return self._made(-self.doubled, self.degree, self.bits, self.error, self.orders)
+        return type(self)(-self.doubled, self.degree, self.bits, self.error, self.orders)
 
     def __add__(self, other: Self) -> Self:
         bits, degree = max(self.bits, other.bits), max(self.degree, other.degree)
         # Both in the finer units, with T_0 at the same power of z.
         a, b = (x._lifted(bits - x.bits, degree - x.degree) for x in (self, other))
         error = sum(x.error << (bits - x.bits) for x in (self, other))
-        return self._made(a + b, degree, bits, error, _each(max, self.orders, other.orders))
+        return type(self)(a + b, degree, bits, error, _each(max, self.orders, other.orders))
 
     def __sub__(self, other: Self) -> Self:
         return self + -other
@@ -200,7 +194,7 @@ class Family:
         orders = _each(add, self.orders, other.orders)
         degree = self.degree + other.degree
         error = 2 * self._carried(other)
-        return self._made(self.doubled * other.doubled, degree, bits, error, orders)
+        return type(self)(self.doubled * other.doubled, degree, bits, error, orders)
 
     def _carried(self, other: Self) -> int:
         """The error of an exact product, in products of both units."""
@@ -256,7 +250,7 @@ class Path(Family):
     def at(self, name: str, side: int) -> Self:
         # In units half as large the value is whole.
         found = 2 * self._constant(self.doubled(side) * side**self.degree)
-        return self._made(found, 0, self.bits + 1, 2 * self.error, self.orders)
+        return type(self)(found, 0, self.bits + 1, 2 * self.error, self.orders)
 
     def __mul__(self, other: Self) -> Self:
         degree, bits, units = self.degree + other.degree, *sorted((self.bits, other.bits))[::-1]
@@ -265,7 +259,7 @@ class Path(Family):
         # off by less than degree + 1.
         doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (units + 1)])
         error = degree + 1 - (-self._carried(other) >> units)
-        return self._made(doubled, degree, bits, error, self.orders)
+        return type(self)(doubled, degree, bits, error, self.orders)
 
     def _lifted(self, bits: int, by: int) -> Any:
         return (self.doubled * (1 << bits) if bits else self.doubled).left_shift(by)
