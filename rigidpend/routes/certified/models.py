@@ -121,15 +121,11 @@ class Family:
         return arb(self.size) / arb(2) ** self.bits
 
     @property
-    def centre(self) -> int:
-        """Twice the constant term, that of T_0 without u, v and w, in units of 2^-bits."""
-        return int(self.doubled[self.degree, 0, 0, 0])
-
-    @property
     def range(self) -> arb:
         """A ball that contains all values of every function."""
-        twice = self.centre
-        # Twice all other terms and twice the error: 2 size includes |twice| once.
+        # Twice the constant term, that of T_0 without u, v and w, and twice all others and the
+        # error: 2 size includes |twice| once.
+        twice = int(self.doubled[self.degree, 0, 0, 0])
         return arb(arb(twice), 2 * self.size - abs(twice)) / arb(2) ** (self.bits + 1)
 
     def middle(self) -> Path:
