@@ -60,14 +60,15 @@ def half_circle(alpha0: float, number: int, phi: ArrayLike) -> NDArray[np.float6
     The angle phi, (n,), goes from -pi/2 to pi/2 in the sense of the flow: M3 rises on 2 and 4,
     falls on 1 and 3.
     """
-    l = _separatrix_l(alpha0, number)
+    l = separatrix_theta1(alpha0, 0.0)[number - 1] / 2
     M3 = direction(number) * np.sin(phi)
     return np.stack((np.sin(l) * np.cos(phi), np.cos(l) * np.cos(phi), M3))
 
 
 def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:
     """Angle theta1 of the separatrices 1..4, radians, as in (sol_1)-(sol_22): all within 4 pi."""
-    return np.array([2 * _separatrix_l(alpha0, number) + beta0 for number in SEPARATRICES])
+    # 3 and 4 lie a turn beyond 1 and 2, and are the other halves of their circles.
+    return beta0 + np.array([-alpha0, alpha0, TURN - alpha0, TURN + alpha0])
 
 
 def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
@@ -78,12 +79,6 @@ def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
     # theta1 and J1 do not depend on gamma, so that any unit vector serves.
     c = canonical_from_andoyer(andoyer_from_body(M, np.ones_like(M) / np.sqrt(3)), beta0)
     return start + np.mod(c.theta1 - start, 2 * TURN), c.J1 / c.J2
-
-
-def _separatrix_l(alpha0: float, number: int) -> float:
-    """Angle l = (theta1 - beta0)/2 of a separatrix."""
-    # cos(2 l) = cos(alpha0) at l = -+alpha0/2; half a turn further lie the circles' other halves.
-    return direction(number) * alpha0 / 2 + (TURN / 2 if number > 2 else 0.0)
 
 
 class SeparatrixMotion(NamedTuple):
@@ -129,9 +124,8 @@ def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
     """Angle theta1 on separatrix `number`, radians; ValueError for a number other than 1 to 4."""
     if number not in SEPARATRICES:
         raise ValueError(f"separatrices are numbered 1 to 4, got {number!r}")
-    # 3 and 4 lie a turn beyond 1 and 2; only `m` has pi to all digits.
-    side = separatrix_theta1(p.alpha0, p.beta0)[(number - 1) % 2]
-    return side + 2 * m.pi if number > 2 else side
+    # As `separatrix_theta1`, but only `m` has pi to all digits.
+    return p.beta0 + direction(number) * p.alpha0 + (2 * m.pi if number > 2 else 0)
 
 
 def direction(number: int) -> int:

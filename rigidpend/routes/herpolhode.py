@@ -90,16 +90,6 @@ def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
     return np.array([*state, 0.0])
 
 
-def alpha(states: Array, body: Body) -> Array:
-    """Angle alpha in radians of states (7, ...), whose last component is theta3, by (th_al).
-
-    alpha differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
-    """
-    M, gamma = physical(states, body)
-    omega = in_space.angular_velocity(M, body.floats()[0])
-    return np.asarray(states[6] + in_space.alpha_ahead(M, omega, gamma))
-
-
 def separatrices(states: Array) -> NDArray[np.uint8]:
     """Separatrices 1..4 beside which successive samples (6 or more, n) change the sign of M3."""
     Qp, Qm, M3 = states[:3]
@@ -112,7 +102,8 @@ def samples(body: Body, t: Array, states: Array) -> SampledOrbit:
     *state, theta3 = states
     M, gamma = physical(state, body)
     omega = in_space.angular_velocity(M, body.floats()[0])
-    angle = alpha(states, body)
+    # alpha differs from theta3 by less than pi/2 (th_al), so it is continuous where theta3 is.
+    angle = theta3 + in_space.alpha_ahead(M, omega, gamma)
     c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
     hodograph = in_space.fixed_components(omega, gamma, angle)
     return SampledOrbit(t, c.theta1, c.J1 / c.J2, theta3, angle, hodograph)

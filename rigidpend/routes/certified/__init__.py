@@ -8,10 +8,12 @@ Modules that prove
 balls, models
              enclosures of the problem's numbers, logarithmic norm, polynomials over the integers
 pieces       data of proofs: steps of an orbit and of families, sets in which families begin
-checker      symbols of one orbit
-intervals    symbols that all orbits starting on an interval have
+checker      what is said where nothing is proven
 sections, passages
-             sets of the section M3 = 0, where their orbits begin, and where they next cross it
+             sets of the section M3 = 0, where their orbits begin, how far they are from polynomials
+             on each step, and where they next cross the section
+orbit, intervals
+             symbols of one orbit, and those that all orbits starting on an interval have
 coverings, connections
              relations between sets that follow; orbits beside the sets, and how surfaces cross
 

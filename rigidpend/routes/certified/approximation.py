@@ -20,13 +20,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from flint import arb, fmpz_poly
+from flint import arb
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.certified.models import Model
+from rigidpend.routes.certified.models import Path
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 GAIN = 35
@@ -53,34 +53,6 @@ CLEAR = 0.15
 """Least |M3|/|M| at the end of a step."""
 SHORTER, SHORTEST = 0.8, 0.3
 """Factor by which a step that would end near M3 = 0 is shortened, and its least share of a step."""
-
-
-class _Truncated(Model):
-    """A model whose error is not recorded, truncated at a degree."""
-
-    cut = 0
-
-    @classmethod
-    def of(cls, x: Model, cut: int) -> _Truncated:
-        made = cls(x.doubled, x.degree, 0, x.bits)
-        made.cut = cut
-        return made
-
-    def __neg__(self) -> _Truncated:
-        return _Truncated.of(super().__neg__(), self.cut)
-
-    def __add__(self, other: Model) -> _Truncated:
-        return _Truncated.of(super().__add__(other), self.cut)
-
-    def __mul__(self, other: Model) -> _Truncated:
-        # Neither rounding nor truncation is recorded: the checker bounds the defect they leave.
-        doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (self.bits + 1)])
-        degree = self.degree + other.degree
-        if degree > self.cut:
-            # Coefficients are symmetric in z and 1/z, so as many go from either end.
-            doubled = doubled.right_shift(degree - self.cut).truncate(2 * self.cut + 1)
-            degree = self.cut
-        return _Truncated.of(Model(doubled, degree, 0, self.bits), self.cut)
 
 
 class Rule(NamedTuple):
@@ -202,14 +174,11 @@ class Approximation:
         # Later coefficients are smaller than a unit of so few bits.
         shift, n = bits - work, min(len(P[0]), len(P[0]) * work // bits + GRAIN)
         rows = [[w >> shift for w in row[:n]] for row in P]
-        models = [_Truncated.of(Model.of_series(row, work), n) for row in rows]
-        balls = (Model.of_ball(arb(c), work) for c in self.coefficients)
-        numbers = AlignedCoefficients(*(_Truncated.of(c, n) for c in balls))
-        rates = aligned(models, numbers)
+        numbers = AlignedCoefficients(*(Path.of_ball(arb(c), work) for c in self.coefficients))
+        rates = aligned([Path.of_series(row, work) for row in rows], numbers)
         found, rest = [], [0] * (len(P[0]) - n)
         for w, rate, x in zip(rows, rates, begin, strict=True):
             r = [whole * c >> ORBIT_CLOCK for c in rate.series[: n + 1]]
-            r += [0] * (n + 1 - len(r))
             integral = [(r[j - 1] - r[j + 1]) // (2 * j) for j in range(1, n)]
             # T_j(-1) = (-1)^j: this w_0 makes the integral, with y, equal to y at x = -1.
             first = 2 * ((x >> shift) - sum(integral[1::2]) + sum(integral[::2]))

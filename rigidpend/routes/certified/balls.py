@@ -19,13 +19,12 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from flint import arb, ctx
+from flint import arb
 
 from rigidpend.mechanics.body import Angles, Body, angles_from_moments
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.problem import RouteProblem
 
 ARB_BITS = 64
 """Precision in which bounds are computed, bits; Arb rounds each outward."""
@@ -64,66 +63,32 @@ class Balls:
 BALLS = Balls()
 
 
-class Enclosed(NamedTuple):
-    """The aligned problem of one orbit in balls: M in units of `unit`, t' in units of 1/unit."""
-
-    coefficients: AlignedCoefficients
-    state: tuple[Any, ...]
-    """Qp, Qm, M3, gamma1, gamma2, gamma3 at t' = 0."""
-    unit: Any
-    """A power of two next to |M|, exact."""
-
-
-def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
-    """Enclose the exact problem of an orbit that starts at theta1_0 = alpha0 + beta0.
-
-    `theta2_0` is in radians. Round-off of the working precision, `bits`, widens the balls.
-    """
-    with ctx.workprec(bits):
-        given = problem.body, _ball(problem.J1_0), problem.h0, _ball(theta2_0)
-        _, J2, p = start_of(*given)
-        # Divided by it |M| is about one to two, as coefficients in fixed point want it, and a
-        # power of two rounds nothing. The factor lifts a J2 that is itself a power of two off the
-        # boundary, so that rounding does not decide its unit.
-        unit = _power_of_two(J2 * (1 + arb(2) ** -20))
-        # With M in units of `unit` and t' in those of its inverse, a torque is in units of the
-        # square.
-        scaled = p._replace(mu=p.mu / unit**2)
-        return Enclosed(aligned_coefficients(scaled, BALLS), start_of(*given, unit)[0], unit)
-
-
 def start_of(
     body: Body, J1: arb, h0: Exact, theta2: arb, unit: arb | int = 1
-) -> tuple[tuple[arb, ...], arb, Angles]:
-    """The aligned start with theta1 = alpha0 + beta0, the action J2, and the body's angles.
+) -> tuple[tuple[arb, ...], arb]:
+    """The aligned start with theta1 = alpha0 + beta0, and the action J2.
 
     M of the start is in units of `unit`, J2 is not; angles are in radians.
     """
     p = angles(body)
-    J2 = (2 * _ball(h0) / p.kappa).sqrt()
+    J2 = (2 * ball_of(h0) / p.kappa).sqrt()
     momenta = J1 / unit, (J2 - J1) / unit
     start = Canonical(*momenta, arb(0), p.alpha0 + p.beta0, theta2, arb(0), arb(1))
-    return tuple(aligned_from_canonical(start, p.alpha0, p.beta0, BALLS)), J2, p
+    return tuple(aligned_from_canonical(start, p.alpha0, p.beta0, BALLS)), J2
 
 
 def angles(body: Body) -> Angles:
     """The angles and constants of a body, balls in the working precision."""
     # Differences of exact moments first: of balls they would cancel.
     A1, A2, A3 = body.A
-    differences = [_ball(x) for x in (A1 - A2, A1 - A3, A3 - A2)]
-    A, r = [_ball(x) for x in body.A], [_ball(x) for x in body.r]
-    return angles_from_moments(A, differences, r, _ball(body.mu), BALLS)
+    differences = [ball_of(x) for x in (A1 - A2, A1 - A3, A3 - A2)]
+    A, r = [ball_of(x) for x in body.A], [ball_of(x) for x in body.r]
+    return angles_from_moments(A, differences, r, ball_of(body.mu), BALLS)
 
 
-def _ball(x: Exact) -> arb:
+def ball_of(x: Exact) -> arb:
     """A ball that contains an exact number."""
     return arb(x.over(BALLS))
-
-
-def _power_of_two(x: arb) -> arb:
-    """The largest power of two that is no larger than the midpoint of a positive ball."""
-    mantissa, exponent = x.mid().man_exp()
-    return arb(2) ** (int(exponent) + int(mantissa).bit_length() - 1)
 
 
 HEAVIEST = 2**16

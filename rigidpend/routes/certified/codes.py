@@ -25,8 +25,8 @@ from rigidpend.numbers.expressions import NO_SYMBOL, words
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
-from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.checker import OrbitChecker, Outgrown, ProvenCrossing, Undecided
+from rigidpend.routes.certified.checker import Outgrown, Undecided
+from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step
 from rigidpend.routes.codes import codes_of, shown
 from rigidpend.routes.cycle import symbols
@@ -303,7 +303,7 @@ def prove(
     The bits of steps fall as the bound grows. `theta2_0` is in radians.
     """
     start = enclosed(problem, theta2_0, bits + MARGIN_BITS + AT_START)
-    orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
+    orbit, checker = Approximation(start.numbers.field, start.state), OrbitChecker(start)
     unit, steps, reason, outgrown = float(start.unit), [], "", False
     work, last, limit = bits + MARGIN_BITS, 0.0, passage_limit(problem, 53)
     while len(checker.crossings) <= problem.n_symbols:
@@ -359,10 +359,10 @@ def asked_for(problem: RouteProblem, time: float, theta2_0: Exact) -> tuple[int,
     """Estimate how many steps of full length a proof up to a time t' takes, and how many bits."""
     start = enclosed(problem, theta2_0, AT_START)
     length = time * float(start.unit)
-    longest = Approximation(start.coefficients, start.state).longest
+    longest = Approximation(start.numbers.field, start.state).longest
     size = float(start.state[2].abs_upper())
     # The rate at |M3| = |M|, as beside the periodic orbits, where an orbit spends most of its time.
-    rate = float(OrbitChecker(start).growth.rate(arb(size), arb(0)))
+    rate = float(start.numbers.growth.rate(arb(size), arb(0)))
     bits = math.ceil(MEAN * rate * length / math.log(2)) + LEFT
     return min(ORBIT_STEPS, math.ceil(length / longest)), bits
 

@@ -14,13 +14,13 @@ from flint import arb, ctx
 
 from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import PARAMETERS, Family
+from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family
 from rigidpend.routes.certified.passages import Reached
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
-    INPUT_BITS,
     POINT_BOX,
     Numbers,
+    begun,
     largest,
     line_beginning,
     norms,
@@ -184,7 +184,7 @@ def prove_transversal(
 def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: FamilyStep) -> None:
     """C9: check that the unstable surface is a curve from end to end in a strip of starts."""
     bounds = line_beginning(numbers, strip, piece)
-    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
+    states = begun(piece)
     momentum = states[0].bound + bounds[0]
     wide = arb(strip.wide.numerator) / strip.wide.denominator
     if not states[2].range + bounds[0] / middle.growth.upright < -middle.m1:

@@ -19,10 +19,10 @@ from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import ARB_BITS, start_of
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import followed, signs_on_parts
 from rigidpend.routes.certified.pieces import FamilyStep
-from rigidpend.routes.certified.sections import INPUT_BITS, Numbers
+from rigidpend.routes.certified.sections import Numbers
 
 MOST_TERMS = 100
 """Largest number of terms of cosine and sine on an interval."""
@@ -108,7 +108,11 @@ def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilySt
 
     Undecided where a hypothesis is not shown; the text begins with its name.
     """
-    return symbols_of(list(_signs(starts, starts.states(of), pieces)))
+    numbers, told = starts.numbers, list[int | tuple[bool, int]]()
+    for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", starts.states(of)):
+        with ctx.workprec(ARB_BITS):
+            told += signs_on_step(numbers, states, bound)
+    return symbols_of(told)
 
 
 def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
@@ -126,16 +130,6 @@ def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
         raise Undecided("H4: M3 is not shown to change its sign at crossings alone")
     passed = [separatrix_beside(*x, x[1]) for x in runs if isinstance(x, tuple)]
     return [(after - before) % 4 == 1 for before, after in pairwise(passed)]
-
-
-def _signs(
-    starts: EnclosedStarts, before: list[Family], pieces: Sequence[FamilyStep]
-) -> Iterator[int | tuple[bool, int]]:
-    """H1 to H5: what is told of each part of all steps, in the form of :func:`symbols_of`."""
-    numbers = starts.numbers
-    for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", before):
-        with ctx.workprec(ARB_BITS):
-            yield from signs_on_step(numbers, states, bound)
 
 
 def signs_on_step(

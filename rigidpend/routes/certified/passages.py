@@ -8,35 +8,36 @@ that is not shown ends in :class:`Undecided`, never in a crossing. M and t' are 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from flint import arb, ctx
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.routes.certified import checker
 from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, double_above, upper
-from rigidpend.routes.certified.checker import WIDEST, Undecided
-from rigidpend.routes.certified.models import VALUE_BITS as VALUES
-from rigidpend.routes.certified.models import Family, Values
+from rigidpend.routes.certified.checker import Outgrown, Undecided
+from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
-    INPUT_BITS,
     W_FAMILY,
     W_SLOPES,
     Numbers,
     beginning,
+    begun,
     distances,
     largest,
     line_beginning,
     norms,
 )
 
+Kind = TypeVar("Kind", bound=Family)
+
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
-WIDEST_OF_SET = 2.0**-12
-"""Largest radius of a tube about the orbits of a set."""
+WIDEST, WIDEST_OF_SET = 2.0**-6, 2.0**-12
+"""Largest radius of a tube: nothing is decided where a distance may be larger."""
+RADIUS_TRIALS, FIRST_RADIUS = 4, 4
+"""Trials of a tube's radius, and the first radius over the distance that it has to hold."""
 TUBES = {"C": (WIDEST_OF_SET, 1.0), "H": (WIDEST, 0.5)}
 """Largest radius of a tube, and the share of it at which growth is bounded, by hypotheses.
 
@@ -115,8 +116,7 @@ def energies_along(
 
     The energy is h0 = kappa J2_0^2/2 and that of the weight, which gamma tells.
     """
-    gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
-    c = numbers.field
+    (_, _, _, gamma1, gamma2, _), c = begun(piece), numbers.field
     with ctx.workprec(INPUT_BITS):
         r1, r2, off = (Family.of_ball(x, INPUT_BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
         per = Family.of_fraction(1 / numbers.spread, INPUT_BITS)
@@ -153,22 +153,28 @@ def followed(
             if not half.range > 0:
                 raise Undecided(f"{letter}2: the length of a step is not shown to be positive")
             if end is not None:
-                off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
-                gaps = norms(off, numbers.growth, numbers.along)
-                bounds = [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
+                bounds = joined(numbers, states, end, bounds)
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half)
             bounds = carried(numbers, states, half, bounds, leaps, letter)
         yield states, half, bounds
 
 
-def defects(numbers: Numbers, states: Sequence[Family], half: Family) -> list[arb]:
-    """C2: bounds on the norm of dP/dx - half f(P) over a step, and on those of its derivatives.
+def joined(
+    numbers: Numbers, states: Sequence[Kind], end: Sequence[Kind], bounds: Sequence[arb]
+) -> list[arb]:
+    """H1: bounds as in :func:`followed` where a step begins, from those at the end of another."""
+    off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
+    gaps = norms(off, numbers.growth, numbers.along)
+    return [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
+
+
+def defects(numbers: Numbers, states: Sequence[Kind], half: Kind) -> list[arb]:
+    """C2, H2: bounds on the norm of dP/dx - half f(P) over a step, and on those of its derivatives.
 
     f is the aligned field; the derivatives are those in the variables `numbers.along`.
     """
-    # Products of families are exact: only the enclosed constants bring an error.
-    c = AlignedCoefficients(*(Family.of_ball(x, INPUT_BITS) for x in numbers.field))
+    c = AlignedCoefficients(*map(states[0].constant, numbers.field))
     rates = aligned(states, c)
     off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
     return norms(off, numbers.growth, numbers.along)
@@ -184,7 +190,8 @@ def carried(
 ) -> list[arb]:
     """C3, H3: bounds on the distance over a whole step, and those on its derivatives (C7)."""
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
-    bound, factor = tube(states[2], half, apart, growth, letter)
+    sizes = [abs(each).upper() for each in on_parts(states[2], PARTS)]
+    bound, factor = tube(sizes, half.bound, apart, growth, letter)
     size, *slopes = norms(states, growth, numbers.along)
     rate = growth.steepness(size + WIDEST_OF_SET)
     found = [bound]
@@ -198,20 +205,33 @@ def carried(
 
 
 def tube(
-    M3: Family, half: Family, begin: arb, growth: LogarithmicNorm, letter: str
+    sizes: Sequence[arb], half: arb, begin: arb, growth: LogarithmicNorm, letter: str
 ) -> tuple[arb, arb]:
     """C3, H3: a bound on the distance over a whole step, and the factor of its growth.
 
-    M3 and half of the length in time are those of the polynomials; `begin` is the distance at the
-    beginning with what the step's defect adds.
+    `sizes` bound |M3| of the polynomials on equal parts, `half` half of the step's length in time;
+    `begin` is the distance at the beginning with what the step's defect adds. Outgrown where the
+    tube would be too wide.
     """
-    widest, share = TUBES[letter]
-    sizes, length = [abs(each).upper() for each in on_parts(M3)], 2 * half.bound / PARTS
-    grown, factor, holds = checker.growth_in_tube(sizes, length, begin, growth, widest, share)
-    if holds:
-        return grown, factor
+    (widest, share), length = TUBES[letter], 2 * half / len(sizes)
+    # A radius is assumed, then verified: as long as the distance is below `assumed` it is at most
+    # `grown`, and if that is less, it never reaches `assumed`. The rate depends on it but little.
+    assumed = FIRST_RADIUS * begin
+    for _ in range(RADIUS_TRIALS):
+        # A wider tube decides nothing, and the rate would be larger in it.
+        assumed = assumed.min(arb(widest))
+        wide = share * assumed / growth.upright
+        rates = (growth.rate(size + wide, 2 * share * assumed) for size in sizes)
+        factor = (sum(rates, arb(0)) * length).exp()
+        grown = upper(factor * begin)
+        # Balls compare as true only where that is certain: what may be larger counts as larger.
+        if grown < assumed:
+            return grown, factor
+        if not grown < widest:
+            break
+        assumed = 2 * grown
     said = f"{letter}3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
-    raise Undecided(f"{said}, and within {widest:.3g} is needed")
+    raise Outgrown(f"{said}, and within {widest:.3g} is needed; more bits would help")
 
 
 def signs_on_parts(
@@ -222,13 +242,17 @@ def signs_on_parts(
     Else yield the sign of its rate, with balls that contain all states there. Undecided, under the
     `name` of a hypothesis, where neither sign is told.
     """
-    M3, every, apart = on_parts(states[2]), list[list[arb]](), distances(bound, numbers.growth)
+    M3, every, apart = (
+        on_parts(states[2], PARTS),
+        list[list[arb]](),
+        distances(bound, numbers.growth),
+    )
     for k, value in enumerate(M3):
         if side := next((side for side in sides if side * value > apart[2]), 0):
             yield side, []
             continue
         # Only the few parts beside a crossing need the other components.
-        every = every or [on_parts(state) for state in states]
+        every = every or [on_parts(state, PARTS) for state in states]
         box = [each[k] + arb(0, e) for each, e in zip(every, apart, strict=True)]
         rate = aligned(box, numbers.field)[2]
         if not (rate > 0 or rate < 0):
@@ -312,15 +336,3 @@ def crossing(
     duration = -double_above(time - passed), double_above(passed + time)
     ends = double_above(bounds[0]), double_above(time)
     return Reached(d, g, right, there, *ends, duration, begin, slopes)
-
-
-def on_parts(state: Family) -> list[arb]:
-    """Balls that contain the values over each part of a step, for all u, v and w."""
-    values = Values(state.middle(), PARTS)
-    found = []
-    for first, last in pairwise(values.at):
-        # Over a part P differs from the mean of its values at both ends by at most half of its
-        # largest change.
-        beside = arb(values.change + 1) / 2 + values.doubt
-        found.append((arb(first + last) / 2 + arb(0, beside)) / arb(2) ** VALUES)
-    return found

@@ -8,7 +8,7 @@ u and v in [-1, 1] are coordinates of a set, and w in [-1, 1] tells the energy.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -26,11 +26,9 @@ from rigidpend.routes.certified.balls import (
     upper,
 )
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import PARAMETERS, Family
+from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 
-INPUT_BITS = 160
-"""Bits in which the numbers of the problem are enclosed."""
 W_WEIGHT = 64
 """Weight of w in the difference of two orbits of different energies (C7); any number will do."""
 W_FAMILY = Family.of({(0, 0, 0, 1): 2}, 0)
@@ -114,11 +112,22 @@ class Numbers(NamedTuple):
 
     @classmethod
     def of(
-        cls, body: Body, h: Exact, spread: Fraction = Fraction(0), h0: Exact | None = None
+        cls,
+        body: Body,
+        h: Exact,
+        spread: Fraction = Fraction(0),
+        h0: Exact | None = None,
+        *,
+        bits: int = INPUT_BITS,
+        unit: arb | int = 1,
     ) -> Numbers:
-        """Enclose the numbers of a body and of the energies h + spread w."""
-        with ctx.workprec(INPUT_BITS):
+        """Enclose the numbers of a body and of the energies h + spread w.
+
+        M is in units of `unit`, t' in those of its inverse, and so a torque in those of its square.
+        """
+        with ctx.workprec(bits):
             p = angles(body)
+            p = p._replace(mu=p.mu / unit**2)
             half, field = p.alpha0 / 2, aligned_coefficients(p, BALLS)
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
             held = None if h0 is None else arb(h0.over(BALLS))
@@ -131,6 +140,36 @@ class Numbers(NamedTuple):
         """The energies h + spread w as a family."""
         spread = Family.of_fraction(self.spread, INPUT_BITS)
         return Family.of_ball(self.h, INPUT_BITS) + spread * W_FAMILY
+
+    def integrals(self, states: Sequence[Family], weight: Sequence[arb]) -> list[Family]:
+        """M . gamma, |gamma|^2 - 1 and the energy of states, with a weight's mu r1 and mu r2."""
+        Qp, Qm, M3, g1, g2, g3 = states
+        constants = (self.to_M1, self.to_M2, self.field.kappa / 2, *weight)
+        m1, m2, spin, r1, r2 = (Family.of_ball(x, INPUT_BITS) for x in constants)
+        M1, M2 = (Qp + Qm) * m1, (Qp - Qm) * m2
+        one, half = (Family.of_fraction(x, 1) for x in (1, Fraction(1, 2)))
+        return [
+            M1 * g1 + M2 * g2 + M3 * g3,
+            g1 * g1 + g2 * g2 + g3 * g3 - one,
+            spin * (M1 * M1 + M2 * M2 + M3 * M3) - half * Qp * Qm + r1 * g1 + r2 * g2,
+        ]
+
+    def slopes(
+        self, one: int, states: Sequence[arb], weight: Sequence[arb], large: int
+    ) -> list[list[arb]]:
+        """Rows of derivatives of the integrals in the large Q, M3 and gamma.
+
+        They are linear in `one` and `states`. With one = 1 they are the derivatives themselves;
+        with one = 0 and derivatives of states in a variable, their derivatives in that variable.
+        """
+        Qp, Qm, M3, g1, g2, g3 = states
+        M1, M2, by = (Qp + Qm) * self.to_M1, (Qp - Qm) * self.to_M2, (1, -1)[large] * self.to_M2
+        spin = self.field.kappa * (M1 * self.to_M1 + M2 * by) - states[1 - large] / 2
+        return [
+            [g1 * self.to_M1 + g2 * by, g3, M1, M2, M3],
+            [arb(0), arb(0), 2 * g1, 2 * g2, 2 * g3],
+            [spin, self.field.kappa * M3, *(one * x for x in weight), arb(0)],
+        ]
 
 
 def distances(bound: arb, growth: LogarithmicNorm) -> list[arb]:
@@ -165,6 +204,11 @@ POINT_BOX, START_BOX = 2.0**-5, 2.0**-20
 """Half-widths of the boxes in which a point of the section, or of a line of starts, is unique."""
 
 
+def begun(piece: FamilyStep) -> list[Family]:
+    """The states of a step at its beginning."""
+    return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
+
+
 def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb], list[arb]]:
     """C1: the points of a set near given polynomials, each the only one nearby.
 
@@ -172,61 +216,30 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
     the polynomials of these three, as balls, and bounds on the distance of the first step's
     beginning from the points and on that of its derivatives.
     """
-    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
-    c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
-    d, g = place(quad)
-    Q, gamma1, gamma2 = states[large], states[3], states[4]
+    states, (d, g) = begun(piece), place(quad)
+    large, small = (0, 1) if quad.rising else (1, 0)
+    # Of d, M3 and gamma3 the points are known exactly.
+    known = {small: d, 2: Family.of({}, 0), 5: g}
+    at = [known.get(k, state) for k, state in enumerate(states)]
     with ctx.workprec(INPUT_BITS):
-        # Qp - Qm is Q - d or its negative. Arb rounds even where a sign is changed, so this needs
-        # the precision too.
-        by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
+        weight = numbers.field.mu_r1, numbers.field.mu_r2
+        *others, energy = numbers.integrals(at, weight)
 
-    def slopes(one: int, *at: arb) -> arb_mat:
-        """The derivatives of the residual in Q, gamma1 and gamma2, linear in `one` and in `at`.
+        def slopes(one: int, states: Sequence[arb]) -> arb_mat:
+            """Those in Q, gamma1 and gamma2."""
+            rows = numbers.slopes(one, states, weight, large)
+            return arb_mat([[row[k] for k in (0, 2, 3)] for row in rows])
 
-        With one = 1 and states they are the derivatives themselves; with one = 0 and derivatives
-        of states in a variable, they are their derivatives in that variable.
-        """
-        q, d, y1, y2 = at
-        n1, n2 = (q + d) * by[0], (q - d) * by[1]
-        spin = c.kappa * (n1 * by[0] + n2 * by[1]) - d / 2
-        return arb_mat(
-            [
-                [y1 * by[0] + y2 * by[1], n1, n2],
-                [0, 2 * y1, 2 * y2],
-                [spin, one * c.mu_r1, one * c.mu_r2],
-            ]
-        )
-
-    with ctx.workprec(INPUT_BITS):
-        constants = (*by, c.kappa / 2, c.mu_r1, c.mu_r2)
-        m1, m2, spin, r1, r2 = (Family.of_ball(x, INPUT_BITS) for x in constants)
-        M1, M2 = (Q + d) * m1, (Q - d) * m2
-        one, half = (Family.of_fraction(x, 1) for x in (Fraction(1), Fraction(1, 2)))
-        # M . gamma, |gamma|^2 - 1 and the energy less its value: M3 = 0 here.
-        residual = (
-            M1 * gamma1 + M2 * gamma2,
-            gamma1 * gamma1 + gamma2 * gamma2 + g * g - one,
-            spin * (M1 * M1 + M2 * M2)
-            - half * Q * d
-            + r1 * gamma1
-            + r2 * gamma2
-            - numbers.energies,
-        )
         # The box is that about all points of the set at once, which contains the box of each.
-        q, y1, y2 = (each.range + arb(0, POINT_BOX) for each in (Q, gamma1, gamma2))
-        turned = {
-            name: slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
-            for name in numbers.along
-        }
-        near = solution(residual, slopes(1, q, d.range, y1, y2), turned, POINT_BOX)
-        if not q > 0:
+        residual = [*others, energy - numbers.energies]
+        box, near = _near(numbers, residual, slopes, at, (large, 3, 4), POINT_BOX)
+        if not box[large] > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
-        # Of d, M3 and gamma3 the points are known exactly, of the other three within `near`.
-        off = {small: states[small] - d, 2: states[2], 5: states[5] - g}
-        apart = [orders(off[j], numbers.along) if j in off else near for j in range(6)]
+        apart = [
+            orders(states[k] - known[k], numbers.along) if k in known else near for k in range(6)
+        ]
     with ctx.workprec(ARB_BITS):
-        return [each.range for each in (Q, gamma1, gamma2)], normed(apart, numbers.growth)
+        return [states[k].range for k in (large, 3, 4)], normed(apart, numbers.growth)
 
 
 def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list[arb]:
@@ -235,62 +248,54 @@ def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list
     Qp, M3 and gamma follow from J1, Qm, the place on the line, and the energy, or h0, which is the
     energy without the weight's. Returns bounds as :func:`beginning` does.
     """
-    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
-    Qp, Qm, M3, *gamma = states
-    c = numbers.field
+    Qp, Qm, M3, *gamma = begun(piece)
     with ctx.workprec(INPUT_BITS):
         across = numbers.to_M1**2 + numbers.to_M2**2
-        weight = (c.mu_r1, c.mu_r2) if numbers.h0 is None else (arb(0), arb(0))
-        level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, INPUT_BITS)
-        constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, *weight)
-        m1, m2, square, spin, r1, r2 = (Family.of_ball(x, INPUT_BITS) for x in constants)
+        weight, level = (numbers.field.mu_r1, numbers.field.mu_r2), numbers.energies
+        if numbers.h0 is not None:
+            weight, level = (arb(0), arb(0)), Family.of_ball(numbers.h0, INPUT_BITS)
         J1, e1, e2, half, wide = (
             Family.of_fraction(x, INPUT_BITS) for x in (*line[:3], line.half, line.wide)
         )
-        centre = curve((line.centre, *line.moves), W_FAMILY)
-        one, four, by_two = (Family.of_fraction(x, 1) for x in (1, 4, Fraction(1, 2)))
+        centre, four = curve((line.centre, *line.moves), W_FAMILY), Family.of_fraction(4, 1)
         u, aside = Family.of({(0, 1, 0): 2}, 0), wide * Family.of({(0, 0, 1): 2}, 0)
-        M1, M2 = (Qp + aside) * m1, (Qp - aside) * m2
-        residual = (
-            M1 * gamma[0] + M2 * gamma[1] + M3 * gamma[2],
-            gamma[0] * gamma[0] + gamma[1] * gamma[1] + gamma[2] * gamma[2] - one,
-            spin * (M1 * M1 + M2 * M2 + M3 * M3)
-            - by_two * Qp * aside
-            + r1 * gamma[0]
-            + r2 * gamma[1]
-            - level,
+        at = [Qp, aside, M3, *gamma]
+        *others, energy = numbers.integrals(at, weight)
+        residual = [
+            *others,
+            energy - level,
             # Where Qm = 0 this says |M| = 2 J1 - M3, that is J2 = |M| and J1 = (J2 + M3)/2.
-            square * Qp * Qp - four * J1 * (J1 - M3),
+            Family.of_ball(across, INPUT_BITS) * Qp * Qp - four * J1 * (J1 - M3),
             e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
-        )
+        ]
 
-        def slopes(one: int, *at: arb) -> arb_mat:
-            """The derivatives of the residual in Qp, M3 and gamma, linear in `one` and in `at`."""
-            q, m, y1, y2, y3, d = at
-            n1, n2 = (q + d) * numbers.to_M1, (q - d) * numbers.to_M2
-            spin = c.kappa * (n1 * numbers.to_M1 + n2 * numbers.to_M2) - d / 2
-            return arb_mat(
-                [
-                    [numbers.to_M1 * y1 + numbers.to_M2 * y2, y3, n1, n2, m],
-                    [0, 0, 2 * y1, 2 * y2, 2 * y3],
-                    [spin, c.kappa * m, one * weight[0], one * weight[1], 0],
-                    [2 * q * across, one * 4 * J1.range, 0, 0, 0],
-                    [0, 0, one * e1.range, one * e2.range, 0],
-                ]
-            )
+        def slopes(one: int, states: Sequence[arb]) -> arb_mat:
+            """Those in Qp, M3 and gamma."""
+            zero = arb(0)
+            of_J1 = [2 * states[0] * across, one * 4 * J1.range, zero, zero, zero]
+            of_place = [zero, zero, one * e1.range, one * e2.range, zero]
+            return arb_mat([*numbers.slopes(one, states, weight, 0), of_J1, of_place])
 
-        found = (Qp, M3, *gamma)
-        box = [each.range + arb(0, START_BOX) for each in found]
-        turned = {
-            name: slopes(0, *(each.partial(name).range for each in (*found, aside)))
-            for name in numbers.along
-        }
-        near = solution(residual, slopes(1, *box, aside.range), turned, START_BOX)
-        if not (box[0] > 0 and box[1] < 0):
+        box, near = _near(numbers, residual, slopes, at, (0, 2, 3, 4, 5), START_BOX)
+        if not (box[0] > 0 and box[2] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
-    with ctx.workprec(ARB_BITS):
         apart = [near, orders(Qm - aside, numbers.along), near, near, near, near]
+    with ctx.workprec(ARB_BITS):
         return normed(apart, numbers.growth)
+
+
+def _near(
+    numbers: Numbers,
+    residual: Sequence[Family],
+    slopes: Callable[[int, Sequence[arb]], arb_mat],
+    at: Sequence[Family],
+    found: Sequence[int],
+    room: float,
+) -> tuple[list[arb], list[arb]]:
+    """The box about states of which some components are to be found, and its :func:`solution`."""
+    box = [x.range + arb(0, room) if k in found else x.range for k, x in enumerate(at)]
+    turned = {name: slopes(0, [x.partial(name).range for x in at]) for name in numbers.along}
+    return box, solution(residual, slopes(1, box), turned, room)
 
 
 def solution(
@@ -334,7 +339,7 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
     c = numbers.field
     with ctx.workprec(ARB_BITS):
         bound, *_ = line_beginning(numbers, line, pieces[0])
-        begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
+        begin = [each.range for each in begun(pieces[0])]
         near = zip(begin, distances(bound, numbers.growth), strict=True)
         _, _, M3, g1, g2, _ = (x + arb(0, e) for x, e in near)
         cos, sin = 1 / (2 * numbers.to_M1), 1 / (2 * numbers.to_M2)

@@ -21,9 +21,9 @@ from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import approximation, codes, intervals, passages, pieces, sections
-from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.orbit import enclosed
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -172,11 +172,6 @@ def arrived(
     )
 
 
-def begun(piece: FamilyStep) -> list[Family]:
-    """The states of a step at its beginning."""
-    return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
-
-
 def value(family: Family, u: float, v: Any = 0.0, w: float = 0.0) -> Any:
     """At the end z = 1, of what does not depend on time; v may be an array."""
     terms = ((map(int, at), int(c)) for at, c in family.doubled.to_dict().items())
@@ -239,7 +234,7 @@ class Start(NamedTuple):
         """The orbit, or one from a state of which Qm is off."""
         start = enclosed(self.problem, PHASE, bits + 64)
         state = [x + Qm * (k == 1) for k, x in enumerate(start.state)]
-        return approximation.Approximation(start.coefficients, state)
+        return approximation.Approximation(start.numbers.field, state)
 
     def checks(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
         """Of the orbit, whose last crossing is never reached."""

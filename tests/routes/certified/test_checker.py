@@ -2,21 +2,24 @@
 
 import ast
 import math
+import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from flint import arb
 
 from rigidpend import route_codes
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified import approximation, codes
-from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.checker import OrbitChecker
 from rigidpend.routes.certified.codes import check, prove
+from rigidpend.routes.certified.orbit import OrbitChecker, enclosed
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate, check_full_shift, check_intervals
@@ -146,7 +149,7 @@ def test_what_is_barely_true_passes_and_what_is_barely_false_is_named(
     barely: float,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Of an interval of starts, before any crossing, all three show in the tube, as far off."""
+    """The first three show in the package's tube, as far off; also of an interval of starts."""
     # Steps may end where the prover would not end them.
     monkeypatch.setattr(approximation, "CLEAR", 0.0)
 
@@ -160,36 +163,82 @@ def test_what_is_barely_true_passes_and_what_is_barely_false_is_named(
 
     # Beyond that H1 is asked first.
     most = 0.1 if name in ("H1", "H2") else 0.0155
-    limit = same_limit(f"{name}: ", 1e-4, most, of_orbit, barely)
-    assert [said(check) for check in of_orbit(limit / 2)] == [""] * 2
     if made in (joint, flaw, tube):
+        limit = same_limit(f"{name}: ", 1e-4, most, lambda off: of_orbit(off)[1:], barely)
+        own = same_limit("H3: ", 1e-4, 0.1, lambda off: of_orbit(off)[:1], barely)
+        assert own == pytest.approx(limit, rel=2 * barely)
         wide = same_limit("H3: ", 1e-4, 0.1, of_interval, barely)
         assert wide == pytest.approx(limit, rel=4 * barely)
+    else:
+        limit = same_limit(f"{name}: ", 1e-4, most, of_orbit, barely)
+    assert [said(check) for check in of_orbit(limit / 2)] == [""] * 2
+
+
+def of_state(
+    half: float, off: float, state: Callable[[float, Any], Sequence[float]]
+) -> list[Callable[[], Any]]:
+    """One step by both of a heavy body, from a state; polynomials begin at one that is so far off.
+
+    The states are functions of that and of the body's coefficients.
+    """
+    start = Start(mu="1")
+    mine, given = enclosed(start.problem, PHASE, 200), start._asdict()
+    theirs = check_certificate.problem_of(given, Fraction(3, 10))
+    c = AlignedCoefficients(*(float(x.mid()) for x in mine.numbers.field))
+    true, beside = state(0.0, c), state(off, c)
+    numbers: Any = Fraction
+    own = OrbitChecker(mine._replace(state=tuple(map(arb, true))))
+    other = check_certificate.Walk(theirs._replace(start=tuple(map(numbers, true))))
+    orbit = approximation.Approximation(mine.numbers.field, list(map(arb, beside)))
+    orbit.longest = 2 * half
+    step = orbit.step(60)
+    return [lambda: own.take(step), lambda: other.take(check_certificate.Step(*step))]
 
 
 @pytest.mark.parametrize("rising", [True, False])
 def test_H5_the_large_Q_beside_its_bound(rising: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """M3 passes zero by the weight's torque, by which Q changes too; a step begins 1e-3 off."""
     monkeypatch.setattr(approximation, "CLEAR", 0.0)
-    start, half = Start(mu="1"), 2.0**-6
-    mine, given = enclosed(start.problem, PHASE, 200), start._asdict()
-    theirs = check_certificate.problem_of(given, Fraction(3, 10))
-    torque = float(mine.coefficients.mu_r2.mid())
+    half = 2.0**-6
 
     def both(Q: float) -> list[Callable[[], Any]]:
-        own = OrbitChecker(mine._replace(state=state_of(Q, 0.0)))
-        other = check_certificate.Walk(theirs._replace(start=state_of(Q, 0.0, Fraction)))
-        orbit = approximation.Approximation(mine.coefficients, state_of(Q, 1e-3))
-        orbit.longest = 2 * half
-        step = orbit.step(60)
-        return [lambda: own.take(step), lambda: other.take(check_certificate.Step(*step))]
+        def state(off: float, c: Any) -> Sequence[float]:
+            Qs = (Q, off) if rising else (off, Q)
+            M3 = (-1 if rising else 1) * c.mu_r2 * half
+            return *Qs, M3, float(rising), float(not rising), 0.05
 
-    def state_of(large: float, small: float, number: Any = arb) -> Any:
-        Qs = (large, small) if rising else (small, large)
-        M3 = (-1 if rising else 1) * torque * half
-        return tuple(map(number, (*Qs, M3, float(rising), float(not rising), 0.05)))
+        return of_state(half, 1e-3, state)
 
     same_limit("H5: Q is too near", 0.1, 1e-4, both)
+
+
+@pytest.mark.parametrize("half_lengths", [0.0, 2.0])
+def test_H4_M3_is_told_at_both_ends_of_a_step(
+    half_lengths: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It rises by the weight's torque, and passes zero where the step begins or ends."""
+    monkeypatch.setattr(approximation, "CLEAR", 0.0)
+    half = 2.0**-6
+
+    def state(off: float, c: Any) -> Sequence[float]:
+        return 0.1, off, -half_lengths * c.mu_r2 * half, 1.0, 0.0, 0.05
+
+    for of_one in of_state(half, 1e-4, state):
+        assert re.match("H4: .* at an end of", said(of_one))
+
+
+def test_H4_M3_does_not_touch_zero(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the middle of a step the torques of Qp and of the weight cancel: M3 has no rate there."""
+    monkeypatch.setattr(approximation, "CLEAR", 0.0)
+
+    def state(off: float, c: Any) -> Sequence[float]:
+        gamma1 = -c.twist * 0.25 / c.mu_r2
+        middle = np.array([0.5, 0.0, 0.0, gamma1, 0.0, math.sqrt(1 - gamma1**2)])
+        begin = states_at(c, middle, [0.0, -(2.0**-3)])[:, -1]
+        return (begin + off * np.eye(6)[0]).tolist()
+
+    for of_one in of_state(2.0**-3, 1e-6, state):
+        assert said(of_one) == "H4: M3 comes too near zero without crossing it"
 
 
 def test_a_step_goes_forward_along_an_orbit_and_along_those_of_an_interval() -> None:
@@ -284,7 +333,7 @@ def test_the_problem_is_enclosed_as_in_the_package(
     other = check_certificate.problem_of(given, check_certificate.number(theta2_0))
     of = RouteProblem(Body(A=A, r=r, mu=mu), exact(h0), exact(J1_0), 1)
     found = enclosed(of, exact(theta2_0), 128)
-    fourth, rest = found.coefficients[:4], found.coefficients[4:]
+    fourth, rest = found.numbers.field[:4], found.numbers.field[4:]
     pairs: list[Sequence[Any]] = [
         *zip(fourth, [other.lam, other.a, other.b, other.twist], strict=False),
         *zip(rest, (*other.torque, *other.turning), strict=True),

@@ -252,7 +252,7 @@ def test_the_unstable_surface_is_where_C9_says_in_pairs_of_doubles(stored: Store
     the proof encloses.
     """
     pieces, found = stored.orbits[4], list[Any]()
-    begin = offered.begun(pieces[0])
+    begin = sections.begun(pieces[0])
     # Backward in time is forward beside the mirror image.
     mirror = np.array([1, 1, -1, 1, 1, -1])[:, None]
     for u in (-0.9, 0.8):

@@ -27,8 +27,8 @@ from rigidpend.routes.certified import (
     sections,
     start_lines,
 )
-from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.orbit import enclosed
 from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Quad,
@@ -44,7 +44,7 @@ from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
 from tests.routes.certified import offered
-from tests.routes.certified.offered import BODY, CONFIG, GIVEN, H0, J1, begun, points, said, value
+from tests.routes.certified.offered import BODY, CONFIG, GIVEN, H0, J1, points, said, value
 
 OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
@@ -171,11 +171,11 @@ def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> Non
 def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
     """Its polynomials begin at the starts of route codes, and w is that of their energies."""
     problem, line = RouteProblem(BODY, H0, exact(J1), 1), found.data["line"]
-    begin = begun(found.orbits[4][0])
+    begin = sections.begun(found.orbits[4][0])
     for theta2 in (Fraction("1.56"), Fraction("1.5625"), Fraction("1.564")):
         start = enclosed(problem, exact(theta2), 160)
         Qp, Qm, M3, *gamma = (float(x.mid()) for x in start.state)
-        unit, c = float(start.unit), start.coefficients
+        unit, c = float(start.unit), start.numbers.field
         u = (line["e1"] * gamma[0] + line["e2"] * gamma[1] - line["centre"]) / line["half"]
         values = [value(each, u, 0.0) for each in begin]
         np.testing.assert_allclose(values, [unit * Qp, Qm, unit * M3, *gamma], atol=1e-12)

@@ -1,4 +1,4 @@
-"""Models of functions, and the norm by which orbits part: what they contain, and by how much."""
+"""Families of functions, and the norm by which orbits part: what they contain, by how much."""
 
 import math
 import random
@@ -14,11 +14,11 @@ from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.routes.certified.approximation import jacobian, rule
 from rigidpend.routes.certified.balls import LogarithmicNorm
-from rigidpend.routes.certified.models import VALUE_BITS, Family, Model, Values
+from rigidpend.routes.certified.models import Family, Path, on_parts
 from scripts import check_certificate
 
 UNIT = 40
-"""Bits of the models here."""
+"""Bits of the paths here."""
 POINTS = [Fraction(k, 7) for k in range(-7, 8)]
 
 
@@ -27,16 +27,16 @@ def random_series(seed: int, n: int) -> list[int]:
     return [drawn.randrange(-(1 << UNIT), 1 << UNIT) >> k for k in range(n)]
 
 
-def value(model: Model, x: Fraction) -> Fraction:
+def value(path: Path, x: Fraction) -> Fraction:
     """P(x) in units, without the error."""
-    first, *others = map(Fraction, model.series)
+    first, *others = map(Fraction, path.series)
     found: Any = chebyshev.chebval(x, [first / 2, *others])
     return found
 
 
 @pytest.mark.parametrize(("n", "m"), [(1, 1), (1, 6), (5, 5), (9, 3)])
 def test_results_contain_those_of_every_function(n: int, m: int) -> None:
-    a, b = Model.of_series(random_series(1, n), UNIT), Model.of_series(random_series(2, m), UNIT)
+    a, b = Path.of_series(random_series(1, n), UNIT), Path.of_series(random_series(2, m), UNIT)
     a.error, b.error = 1000, 50
     for x in POINTS:
         for da, db in ((0, 0), (1000, 50), (-1000, 50), (-1000, -50)):
@@ -49,8 +49,8 @@ def test_results_contain_those_of_every_function(n: int, m: int) -> None:
 def test_the_second_checker_has_the_same_products_and_values_exactly() -> None:
     a, b = random_series(1, 9), random_series(2, 9)
     packed = [check_certificate.packed(w, 16) for w in (a, b)]
-    product = Model.of_series(check_certificate.unpacked(packed[0] * packed[1], 16, 16), 0)
-    f, g = (Model.of_series(w, UNIT) for w in (a, b))
+    product = Path.of_series(check_certificate.unpacked(packed[0] * packed[1], 16, 16), 0)
+    f, g = (Path.of_series(w, UNIT) for w in (a, b))
     assert all(value(product, x) == 2 * value(f, x) * value(g, x) for x in POINTS)
     middles = check_certificate.values(a, UNIT, 8)
     for k, found in enumerate(middles):
@@ -68,12 +68,12 @@ def test_the_second_checker_has_the_same_products_and_values_exactly() -> None:
 
 
 def test_a_product_is_rounded_by_little() -> None:
-    a, b = (Model.of_series(random_series(seed, 30), UNIT) for seed in (3, 4))
+    a, b = (Path.of_series(random_series(seed, 30), UNIT) for seed in (3, 4))
     assert (a * b).error == 59
 
 
-def test_the_derivative_is_that_of_fractions_and_needs_a_model_without_error() -> None:
-    a = Model.of_series(random_series(5, 12), UNIT)
+def test_the_derivative_is_that_of_fractions_and_needs_a_path_without_error() -> None:
+    a = Path.of_series(random_series(5, 12), UNIT)
     assert a.derivative().series == check_certificate.slope(a.series)
     far, near = Fraction(1, 1 << 200), POINTS[5]
     apart = (value(a, near + far) - value(a, near - far)) / (2 * far)
@@ -86,16 +86,16 @@ def test_the_derivative_is_that_of_fractions_and_needs_a_model_without_error() -
 @pytest.mark.parametrize("radius", [0.0, 0.25])
 def test_a_constant_contains_its_ball(number: str, radius: float) -> None:
     p, _, q = number.partition("/")
-    model = Model.of_ball(arb(int(p)) / int(q or 1) + arb(0, radius), UNIT)
-    away, units = abs(value(model, Fraction(0)) - Fraction(number) * 2**UNIT), radius * 2**UNIT
-    assert away + units <= model.error <= 1.01 * units + 4
+    path = Path.of_ball(arb(int(p)) / int(q or 1) + arb(0, radius), UNIT)
+    away, units = abs(value(path, Fraction(0)) - Fraction(number) * 2**UNIT), radius * 2**UNIT
+    assert away + units <= path.error <= 1.01 * units + 4
 
 
 def test_a_value_is_a_ball_around_the_exact_one() -> None:
-    a = Model.of_series(random_series(6, 25), UNIT)
+    a = Path.of_series(random_series(6, 25), UNIT)
     true = value(a, Fraction(1, 4))
     with ctx.workprec(300):
-        found = a.at(arb(1) / 4) - arb(true.numerator) / true.denominator
+        found = a.value(arb(1) / 4) * 2**UNIT - arb(true.numerator) / true.denominator
         assert found.contains(0)
         assert found.abs_upper() < 1
 
@@ -110,13 +110,16 @@ def test_a_value_is_a_ball_around_the_exact_one() -> None:
 )
 def test_bounds_hold_between_ends_of_parts(series: list[int], offset: int, parts: int) -> None:
     series = [series[0] + 2 * offset, *series[1:]]
-    found = Values(Model.of_series(series, UNIT), parts)
+    of = Path.of_series(series, UNIT)
+    of.error = 1000
+    found = on_parts(of, parts)
     for k in range(parts):
         for t in range(9):
             x = Fraction(2 * k - parts, parts) + Fraction(2 * t, 8 * parts)
-            true = value(Model.of_series(series, UNIT), x) * 2 ** (VALUE_BITS - UNIT)
-            assert found.lower(k) <= abs(true) <= found.upper(k)
-    assert (min(map(found.lower, range(parts))) > 0) == (offset > 0)
+            for off in (-1000, 0, 1000):
+                true = value(of, x) + off
+                assert found[k].contains(arb(true.numerator) / (true.denominator << UNIT))
+    assert all(x > 0 for x in found) == (offset > 0)
 
 
 def test_a_rule_is_exact_for_polynomials() -> None:

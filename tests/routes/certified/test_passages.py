@@ -19,7 +19,7 @@ from flint import arb, arb_mat
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import passages, sections
 from rigidpend.routes.certified.horseshoe import ShiftProblem
-from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.models import Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
 from rigidpend.routes.certified.start_lines import LineStarts, line_pieces
 from scripts import check_full_shift, check_passages, check_sections
@@ -165,7 +165,8 @@ def tubes(stored: Stored, M3: float, begin: float, bits: int) -> list[Callable[[
     steep: dict[Any, int] = {(0, 0, 0): round(M3 * 2 ** (bits + 1))}
     half: dict[Any, int] = {(0, 0, 0): 3 * 2**CLOCK}
     piece = FamilyStep(bits, half, [CALM, CALM, steep, CALM, CALM, CALM])
-    of = Family.of(steep, bits), Family.of(half, CLOCK), arb(begin), stored.numbers.growth
+    sizes = [abs(x).upper() for x in on_parts(Family.of(steep, bits), passages.PARTS)]
+    of = sizes, Family.of(half, CLOCK).bound, arb(begin), stored.numbers.growth
     theirs = problem(), step(piece), Fraction(begin), Fraction(1), "C3", check_passages.WIDEST
     return [lambda: passages.tube(*of, "C"), lambda: check_passages.tube(*theirs)]
 
