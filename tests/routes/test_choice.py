@@ -1,7 +1,5 @@
 """Maps or integration: who is asked, what maps leave open, and that they agree."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Route codes from the outside: what comes back, what is refused, and that none is wrong."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """The model of what routes cost: its shape, its limits from both sides, and the warning."""
 
-from __future__ import annotations
-
 import warnings
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Orbits that maps leave open, handed over from an integration to a map."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Maps of a run's orbits: which are made, of how many bits, and the crossings by them."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Callable

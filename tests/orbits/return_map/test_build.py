@@ -1,7 +1,5 @@
 """Maps built, refused with a reason, and kept on disk."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

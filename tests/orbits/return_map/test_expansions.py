@@ -1,7 +1,5 @@
 """Expansions and jets: exact on what they can hold, in every arithmetic."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Orbits followed by the kernel against the map in full, in doubles and in pairs."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

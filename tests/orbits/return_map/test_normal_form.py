@@ -1,7 +1,5 @@
 """The reduced equations against the aligned field, and the normal form against Floquet theory."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 from unittest.mock import Mock

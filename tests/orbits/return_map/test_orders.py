@@ -1,7 +1,5 @@
 """Looks at the layer of orbits: what they refuse, from both sides."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Passages: against integration, forward and backward, areas, derivatives, first order in mu."""
 
-from __future__ import annotations
-
 import math
 from decimal import Decimal
 from fractions import Fraction
