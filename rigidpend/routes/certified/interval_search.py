@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from flint import arb
 from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
@@ -20,7 +21,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, FamilyGrid, steps_of
+from rigidpend.routes.certified.family_orbits import LENGTH, FamilyGrid, steps_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
@@ -32,6 +33,10 @@ NODES = 20
 """Nodes in u on an interval."""
 IN_TIME, BITS_PER_NODE = 16, 4
 """Nodes of a step in time: IN_TIME, and one more for each BITS_PER_NODE bits of coefficients."""
+TURNED = 5.7
+"""Largest angle by which the fast phase turns in a step, radians: so many nodes follow no more.
+
+A step of `LENGTH` turns by about 4 nu/pi radians, more than this from nu = 4.5 on."""
 LEFT, MOST_BITS = 23, 98
 """Bits of coefficients at the end, and bits at most: pairs of doubles know no more."""
 ROUGH = 1e-2
@@ -96,7 +101,7 @@ def _proven(
     """An interval with the first of some `counts` of symbols that can be proven, or with none."""
     for count in counts:
         try:
-            found = pieces(setting, starts.J1, of, times[: count + 1])
+            found = pieces(setting, starts, of, times[: count + 1])
             return ProvenInterval(of, symbols(starts, of, found), found)
         except Undecided:
             continue
@@ -104,26 +109,38 @@ def _proven(
 
 
 def pieces(
-    setting: ShiftProblem, J1: Fraction, of: PhaseInterval, times: Array
+    setting: ShiftProblem, starts: EnclosedStarts, of: PhaseInterval, times: Array
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of an interval, from the times of their crossings at the nodes.
 
     Undecided where pairs of doubles do not know them well enough.
     """
-    a, rate = IN_PAIRS, setting.rate
-    fine = LEFT + math.ceil(GROWTH * rate * times.max())
+    a, grown = IN_PAIRS, _growth(starts) * times.max()
+    fine = LEFT + math.ceil(grown / math.log(2))
     if fine > MOST_BITS:
         raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
     grid = FamilyGrid(times.shape[1], 1, 1)
     middle = a.number(of.middle) * a.pi * 2
     phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * grid.at[0]
-    begin, in_time = LineStarts(setting, J1).states(phase, a), IN_TIME + fine // BITS_PER_NODE
-    return steps_of(setting, begin, _halves(times, rate), grid, (in_time, fine))
+    begin = LineStarts(setting, starts.J1).states(phase, a)
+    # In 1/t' the fast phase turns by 1/rotation radians.
+    length = min(LENGTH / setting.rate, TURNED * float(setting.level.rotation[0, 0]))
+    in_time = IN_TIME + fine // BITS_PER_NODE
+    return steps_of(setting, begin, _halves(times, length), grid, (in_time, fine))
 
 
-def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
-    """Half-lengths of steps in units of 2^-CLOCK: two steps at each crossing, others between."""
-    length, beside = LENGTH / rate, LENGTH / 2 / rate
+def _growth(starts: EnclosedStarts) -> float:
+    """Rate in 1/t' at which the checker's bound grows: the heavier the body, the faster."""
+    J2 = math.sqrt(2 * float(starts.h0) / float(starts.body.angles().kappa))
+    return float(starts.numbers.growth.rate(arb(J2), arb(0)))
+
+
+def _halves(times: Array, length: float) -> list[dict[Powers, int]]:
+    """Half-lengths of steps in units of 2^-CLOCK: two steps at each crossing, others between.
+
+    `length` is that of the longest step, t'.
+    """
+    beside = length / 2
     found = []
     for k, time in enumerate(times):
         between = time - beside - (times[k - 1] + beside if k else 0.0)

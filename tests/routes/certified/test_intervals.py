@@ -49,7 +49,7 @@ from tests.runs.checkers import config_of, restated
 GIVEN = Start()._asdict()
 ROOT = Path(__file__).parents[3]
 CONFIG, PAGE = ROOT / "configs" / "fig4_intervals.yaml", ROOT / "docs" / "full-shift.md"
-SETTING = ShiftProblem(BODY, H0, 1, h0=H0)
+SETTING, STARTS = ShiftProblem(BODY, H0, 1, h0=H0), EnclosedStarts.of(BODY, H0, J1)
 ONE, TWO = (SETTING, J1, 1, 4), (SETTING, J1, 2, 6)
 
 
@@ -163,22 +163,33 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: st
 def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
     times = np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES))
     with pytest.raises(Undecided, match="bits"):
-        interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
+        interval_search.pieces(SETTING, STARTS, PhaseInterval(0, 10), times)
 
 
 @pytest.mark.parametrize(("time", "steps"), [(0.1, 2), (2.0, 3)])
 def test_a_crossing_that_comes_at_once_has_no_steps_before_it(time: float, steps: int) -> None:
     times = np.full((1, interval_search.NODES), time)
-    assert len(interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)) == steps
+    assert len(interval_search.pieces(SETTING, STARTS, PhaseInterval(0, 10), times)) == steps
 
 
 def test_steps_end_as_long_behind_a_crossing_wherever_an_orbit_starts() -> None:
     u = nodes(interval_search.NODES, precision(53))
     times = np.stack([2 + u / 4, 5 - u / 2])
-    steps = interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
+    steps = interval_search.pieces(SETTING, STARTS, PhaseInterval(0, 10), times)
     # A constant of half-lengths is stored exactly, and their slope is far above what is left out.
     ends = [duration(steps, at) for at in u]
     assert ends - times[-1] == pytest.approx(ends[0] - times[-1, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize(("place", "code"), [(7, [True]), (25, [False])])
+def test_a_heavier_body_with_faster_rotations_has_proven_symbols_too(
+    place: int, code: list[bool]
+) -> None:
+    """That of Fig. 5: orbits part faster than Lambda tells, and steps of few e turn often."""
+    body, h0 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01"), exact("10/9")
+    setting = ShiftProblem(body, h0, 1, h0=h0)
+    [found] = proven_intervals(PhaseInterval(place, 5), setting, J1, 1, 5)
+    assert found.symbols == code
 
 
 @pytest.mark.slow
