@@ -28,7 +28,7 @@ def _known(stored: Data, fresh: Data) -> Any:
     return np.arange(len(stored["codes"]))[:, None, None] < both
 
 
-KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
+KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (physical units), beta0 or alpha0 (rad)"
 _axis, _own = (partial(double, within=within) for within in (of_largest(ROUNDING), ROUNDING))
 
 PLANE = {

@@ -110,7 +110,7 @@ class ReturnMap:
     bits : int
         Precision of the map.
     energies : 2 floats
-        Least and largest energy, dimensionless, in the body's own unit.
+        Least and largest energy, physical units, as mu.
     errors : Errors
         Measured errors, relative to the largest values of each table.
     orders : Orders

@@ -69,7 +69,7 @@ def return_map(
     ----------
     body : Body
     h : number or pair of numbers
-        The energy (kappa J2^2/2 + ... of eq. h0_new, dimensionless), or the least and the largest.
+        The energy (eq. h0_new), physical units, as mu, or the least and the largest.
         Text, Fraction and Decimal are exact; a float is taken as the double that it is.
     bits : int, optional
         Precision: 53, 64, 113 or any other from 53 on.

@@ -56,7 +56,7 @@ class ShiftProblem(NamedTuple):
 
     body: Body
     h: Exact
-    """Energy, dimensionless, that of w = 0."""
+    """Energy of w = 0, physical units, as mu."""
     half_turns: int
     bits: int = FEWEST_BITS
     in_uv: tuple[int, int] | None = None

@@ -65,7 +65,7 @@ class LineStarts(NamedTuple):
         return np.stack(aligned_from_canonical(start, p.alpha0, p.beta0, a))
 
     def energies(self, theta2: Array) -> Array:
-        """The energies of starts of one J2 less h0, dimensionless: those of the weight."""
+        """The energies of starts of one J2 less h0, physical units: those of the weight."""
         a = precision(53)
         J1, J2, theta1, p = self._actions(theta2, a)
         return np.asarray(p.mu * height(J1, J2, (theta1, theta2), a))

@@ -73,7 +73,8 @@ def most_stretched(slopes: Sequence[Array], frames: Sequence[Array]) -> Array:
 def frame(point: SectionPoint, h: Any, c: Coefficients) -> Array:
     """Matrices (2, 2, N) that take changes of (d, chi) to vectors with the length of (M', gamma).
 
-    The energies h, (N,), are dimensionless; the coefficients are doubles, for M' in units of one.
+    The energies h, (N,), are in physical units, as mu; the coefficients are doubles, for M' in
+    units of one.
     """
     # The triangular factor of a QR decomposition of the two tangents, by Gram and Schmidt.
     moved = euclidean(section_tangents(*point, h, c, precision(53)), c)
