@@ -13,19 +13,30 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.machine.wording import counted
 from rigidpend.mechanics import in_space
+from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.records import columns
+from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import samples
-from rigidpend.routes.problem import rotation_period
+from rigidpend.routes.problem import passage_rotations, rotation_period
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 
-SECONDS, EACH = 15.0, 2.6
-"""Seconds for orbits with up to six symbols, as measured, and the factor per further symbol."""
+SECONDS, ROTATION = 0.1, {PAIRS: 1.6e-4, 2 * PAIRS: 1e-3}
+"""Seconds of each length of codes, and of a rotation of an orbit, by the bits of its integration.
+
+Measured on one core with eleven bodies, where a rotation took 0.1 to 0.3 ms, or 0.7 to 1.2 ms."""
+ENDS = 5.0
+"""Rotations of an orbit before its first crossing and behind its last one, together, over nu."""
+FEWEST, CHOICES = 0.93, (0.6, 1.5)
+"""Half rotations of short passages over those of typical ones, and growth of the number of orbits.
+
+With each symbol it grows by the first factor and, for each half rotation that passages may take
+beyond short ones, the second more: within a factor of 2.2 with the same bodies."""
 SAMPLES = 64
 """Samples of a drawn orbit per rotation of the pendulum."""
 FADED = 1e-3
@@ -57,8 +68,18 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def cost(config: Config) -> float:
-    """Estimate of the seconds that a config takes."""
-    return SECONDS * EACH ** (config.problem.symbols - 6)
+    """Estimate of the seconds that a config takes on one core; the body's map is made for it."""
+    problem = config.problem
+    try:
+        level = ChainLevel.of(problem.body, problem.h)
+    except MapError:
+        return SECONDS
+    # Longer passages than are asked for are not followed.
+    turns = min(2 * passage_rotations(problem.routes), problem.half_turns)
+    spare = max(problem.half_turns - FEWEST * turns, 0.5)
+    growth, lengths = CHOICES[0] + CHOICES[1] * spare, range(problem.symbols + 1)
+    followed = sum(2 * growth**n * (ENDS * problem.body.nu + n * turns / 2) for n in lengths)
+    return SECONDS * len(lengths) + ROTATION[Launch(level, problem.J1_0).bits] * followed
 
 
 def _ordered(launch: Launch, orbits: DoublyAsymptotic) -> DoublyAsymptotic:

@@ -35,8 +35,6 @@ ROUND = 2
 """Intervals for each process in a part, which is then stored."""
 COLUMN_SYMBOLS = 15
 """Symbols of a column: as many as Fig. 4 has rows."""
-SECONDS = 1.5
-"""Seconds on one core to try an interval and prove it."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -193,5 +191,9 @@ def _again(
 
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores."""
+    from rigidpend.routes.certified.interval_search import expected_seconds
+
     problem = config.problem
-    return SECONDS * (1 << min(problem.halvings, 2 * problem.n_symbols + 1)) / 2
+    asked = replace(problem.routes, n_symbols=problem.n_symbols)
+    intervals = 1 << min(problem.halvings, max(FIRST, 2 * problem.n_symbols + 1))
+    return expected_seconds(asked) * intervals / 2

@@ -15,19 +15,21 @@ from flint import arb
 from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import context, exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
+from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.family_orbits import LENGTH, FamilyGrid, steps_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
+from rigidpend.routes.certified.sections import Numbers
 from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.codes import codes_of
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import RouteProblem, passage_rotations
 
 NODES = 20
 """Nodes in u on an interval."""
@@ -39,6 +41,10 @@ TURNED = 5.7
 A step of `LENGTH` turns by about 4 nu/pi radians, more than this from nu = 4.5 on."""
 LEFT, MOST_BITS = 23, 98
 """Bits of coefficients at the end, and bits at most: pairs of doubles know no more."""
+STEP_OF_60_BITS, TRIES = 0.02, 1.3
+"""Seconds of a core for a step with 60 bits, as the square of the bits; attempts at an interval.
+
+Measured with the bodies of Fig. 4 and Fig. 5 and one of Table 1: 0.6 to 1.7 times as long."""
 ROUGH = 1e-2
 """Coefficients in u of half-lengths that are left out where they are smaller, t'."""
 
@@ -115,8 +121,8 @@ def pieces(
 
     Undecided where pairs of doubles do not know them well enough.
     """
-    a, grown = IN_PAIRS, _growth(starts) * times.max()
-    fine = LEFT + math.ceil(grown / math.log(2))
+    a, J2 = IN_PAIRS, math.sqrt(2 * float(setting.h) / float(setting.body.angles().kappa))
+    fine = _bits(starts.numbers.growth, J2, float(times.max()))
     if fine > MOST_BITS:
         raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
     grid = FamilyGrid(times.shape[1], 1, 1)
@@ -129,10 +135,26 @@ def pieces(
     return steps_of(setting, begin, _halves(times, length), grid, (in_time, fine))
 
 
-def _growth(starts: EnclosedStarts) -> float:
-    """Rate in 1/t' at which the checker's bound grows: the heavier the body, the faster."""
-    J2 = math.sqrt(2 * float(starts.h0) / float(starts.body.angles().kappa))
-    return float(starts.numbers.growth.rate(arb(J2), arb(0)))
+def expected_seconds(problem: RouteProblem) -> float:
+    """Estimate of the seconds of a core that an interval takes, without its return map."""
+    body, J2, m = problem.body, float(problem.J2_0(53)), context(53)
+    growth = Numbers.of(body, problem.h0).growth
+    # Orbits part by e in each of these times: from the start to the first crossing, in passages.
+    passages = problem.n_symbols * passage_rotations(problem) * math.pi**2 / body.nu
+    parted = float(m.log(J2 / problem.J1_0.in_context(m))) / 2 + passages
+    time = parted / (float(growth.saddle) * J2)
+    # The fast phase turns by 2 nu/pi radians in each.
+    steps = parted / min(LENGTH, TURNED * math.pi / (2 * body.nu))
+    bits = min(_bits(growth, J2, time), MOST_BITS)
+    return TRIES * STEP_OF_60_BITS * steps * (bits / 60) ** 2
+
+
+def _bits(growth: LogarithmicNorm, J2: float, time: float) -> int:
+    """Bits at first, for orbits over a time t': the growth of the bound leaves `LEFT` of them.
+
+    The bound grows the faster the heavier the body.
+    """
+    return LEFT + math.ceil(float(growth.rate(arb(J2), arb(0))) * time / math.log(2))
 
 
 def _halves(times: Array, length: float) -> list[dict[Powers, int]]:
