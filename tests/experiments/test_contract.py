@@ -110,23 +110,19 @@ def test_numbers_are_numbers_for_programs_too() -> None:
 PLANE = "problem.zooms={}", "problem.n_symbols=15"
 ROWS_OF = "problem.rows={axis: log10_J1_0, ends: [-10, -5], count:"
 COSTS: dict[tuple[str, ...], tuple[float, float]] = {
-    ("asymptotic_orbits", "problem.symbols=2"): (0.2, 2),
     ("asymptotic_orbits", "problem.symbols=6"): (5, 60),
-    # 44 and 212 passages are integrated, 0.12 s each, beside 2 s for all else.
-    ("closed_orbits", "problem.verified=4"): (4, 15),
-    ("closed_orbits", "problem.verified=6"): (14, 55),
     ("exponents",): (5, 20),
     ("fig4", "problem.n_symbols=15"): (0.2, 2),
     ("fig4", "problem.n_symbols=300", "numerics.precisions=[53]"): (0.3, 3),
     ("fig4", "problem.n_symbols=300"): (10, 100),
     ("fig4_zoom",): (4, 20),
     ("fig4_zoom", "problem.levels=3", "problem.count=6", "problem.n_symbols=4"): (0.1, 1),
-    ("splitting",): (3, 48),
-    ("splitting", "problem.bodies={fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"): (1, 3),
     ("route_map", *PLANE, "problem.theta2_0.count=30", f"{ROWS_OF} 20}}"): (0, 3),
     ("route_map", *PLANE, "problem.theta2_0.count=1250", f"{ROWS_OF} 800}}"): (3, 60),
 }
-"""By config and settings: between what a run takes at least and at most, seconds, as measured."""
+"""By config and settings: between what a run takes at least and at most, seconds, as measured.
+
+Other experiments, and other bodies, are in `test_costs.py`."""
 
 
 @pytest.mark.parametrize("case", COSTS, ids=" ".join)

@@ -24,6 +24,7 @@ ASYMPTOTIC = {
     ("fig4", 2, 12): 0.46,
     ("fig4", 3, 12): 1.63,
     ("fig4", 4, 10): 1.0,
+    ("fig4", 6, 10): 5.25,
     ("light", 2, 12): 0.3,
     ("light", 3, 13): 0.71,
     ("heavy", 2, 10): 0.71,
@@ -54,6 +55,7 @@ CLOSED = {
 """The same for closed orbits, by half rotations and symbols that are found and verified."""
 INTERVALS = {
     ("fig4", 2, 5): 15.1,
+    ("heavy", 2, 5): 14.2,
     ("fig4", 2, 6): 19.0,
     ("fig4", 3, 6): 53.0,
     ("fig4", 3, 8): 138.0,

@@ -32,7 +32,7 @@ SECONDS, ROTATION = 0.1, {PAIRS: 1.6e-4, 2 * PAIRS: 1e-3}
 Measured on one core with eleven bodies, where a rotation took 0.1 to 0.3 ms, or 0.7 to 1.2 ms."""
 ENDS = 5.0
 """Rotations of an orbit before its first crossing and behind its last one, together, over nu."""
-FEWEST, CHOICES = 0.93, (0.6, 1.5)
+FEWEST, CHOICES = 0.93, (0.5, 1.5)
 """Half rotations of short passages over those of typical ones, and growth of the number of orbits.
 
 With each symbol it grows by the first factor and, for each half rotation that passages may take
