@@ -61,11 +61,21 @@ INTERVALS = {
     ("fig4", 3, 8): 138.0,
 }
 """The same for intervals of starts, by symbols and halvings; two cores take half as long."""
+SHIFTS = {
+    ("fig4", 1): 2.0,
+    ("fig4", 2): 6.87,
+    ("fig4", 3): 19.5,
+    ("heavy", 1): 2.88,
+    ("generic", 1): 3.71,
+    ("slow", 1): 2.33,
+    ("e", 1): 5.04,
+}
+"""The same for full shifts, by lengths."""
 SPLITTING = {"all": 5.7, "generic": 0.36, "fig5": 0.75}
 """The same for the splitting of the shipped config's bodies, or of one with its weights."""
 
 
-def told(name: str, body: str, energy: str, **settings: int) -> float:
+def told(name: str, body: str, energy: str, **settings: int | str) -> float:
     """The estimate for a shipped config with another body."""
     given = dict(zip(("A", "r", "mu", energy), BODIES[body], strict=True)) | settings
     config = asked(name, *(f"problem.{key}={value}" for key, value in given.items()))
@@ -97,6 +107,13 @@ def test_intervals_take_a_third_to_thrice_the_estimate(case: tuple[str, int, int
     body, n_symbols, halvings = case
     estimate = told("fig4_intervals", body, "h0", n_symbols=n_symbols, halvings=halvings)
     assert 1 / 3 < 2 * estimate / INTERVALS[case] < 3
+
+
+@pytest.mark.parametrize("case", SHIFTS, ids=str)
+def test_full_shifts_take_a_third_to_thrice_the_estimate(case: tuple[str, int]) -> None:
+    body, lengths = case
+    estimate = told("full_shift", body, "h", half_turns="null", lengths=lengths)
+    assert 1 / 3 < estimate / SHIFTS[case] < 3
 
 
 @pytest.mark.parametrize("body", SPLITTING)

@@ -33,8 +33,10 @@ SIDE = 24
 """Points on each side of an outline."""
 NUMBERS_OF_LINE = ("e1", "e2", "centre", "half", "wide")
 """Names of the numbers of a line of starts that are stored."""
-SECONDS = 6.0
-"""Seconds that a proof takes, about."""
+SECONDS, FASTER, LONGER = 1.0, 0.45, 2.8
+"""Seconds that a proof takes, and those for each unit of nu; the factor for each further length.
+
+Measured on one core with five bodies, and with one to three lengths."""
 FURTHER = (
     "all of them stretch one way and shrink the other: each sequence of sets has one orbit in them",
     "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
@@ -329,5 +331,6 @@ def _values(family: Family, u: Array, v: Array) -> Array:
 
 
 def cost(config: Config) -> float:
-    """Seconds that a proof takes, an estimate."""
-    return SECONDS
+    """Estimate of the seconds that a config takes, where the first sets prove a full shift."""
+    problem = config.problem
+    return (SECONDS + FASTER * problem.body.nu) * LONGER ** (problem.lengths - 1)
