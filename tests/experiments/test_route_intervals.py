@@ -170,6 +170,19 @@ def test_no_more_intervals_are_expected_than_symbols_ask_for() -> None:
     assert costs == [costs[1] / 4, costs[1], costs[1]]
 
 
+def test_a_body_of_which_nothing_can_be_proven_is_refused_before_any_search() -> None:
+    """Its bound grows so fast that pairs of doubles know too little, and the search finds none."""
+    settings = ("A=[2, 1.7, 1.85]", "r=[2, 1, 0]", "mu=0.1", "h0=1")
+    given = asked("fig4_intervals", *(f"problem.{each}" for each in settings))
+    with pytest.raises(ArithmeticError, match="one symbol of this body takes some 177 bits"):
+        computed(given, report=Mock(side_effect=AssertionError))
+    problem = given.problem
+    setting = ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
+    sought = setting, Fraction("1e-8"), 1, 5
+    [found] = interval_search.proven_intervals(PhaseInterval(0, 5), *sought)
+    assert found.symbols == []
+
+
 def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) -> None:
     data = reference("fig4_intervals")["data"]
     part: Any = lambda *_: {"intervals": data["intervals"], "proof": data["proof"]}  # noqa: E731

@@ -39,6 +39,9 @@ COLUMN_SYMBOLS = 15
 
 def compute(config: Config, means: Means) -> Tree:
     """Prove symbols of intervals, and halve those where not all symbols are proven."""
+    from rigidpend.routes.certified import interval_search
+
+    interval_search.check_provable(config.problem.routes)
     first = min(FIRST, config.problem.halvings)
     every = [PhaseInterval(k, first) for k in range(1 << first)]
     at_once, trees = ROUND * means.jobs, list[Tree]()

@@ -7,6 +7,7 @@ decides. Times are t', dimensionless.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -35,6 +36,10 @@ NODES = 20
 """Nodes in u on an interval."""
 IN_TIME, BITS_PER_NODE = 16, 4
 """Nodes of a step in time: IN_TIME, and one more for each BITS_PER_NODE bits of coefficients."""
+SHORTEST = 0.8
+"""Least time to a symbol over that of typical orbits, by which a refusal is cautious.
+
+With three bodies it was 0.96 or more on every interval that was looked at."""
 TURNED = 5.7
 """Largest angle by which the fast phase turns in a step, radians: so many nodes follow no more.
 
@@ -137,16 +142,31 @@ def pieces(
 
 def expected_seconds(problem: RouteProblem) -> float:
     """Estimate of the seconds of a core that an interval takes, without its return map."""
-    body, J2, m = problem.body, float(problem.J2_0(53)), context(53)
-    growth = Numbers.of(body, problem.h0).growth
-    # Orbits part by e in each of these times: from the start to the first crossing, in passages.
-    passages = problem.n_symbols * passage_rotations(problem) * math.pi**2 / body.nu
-    parted = float(m.log(J2 / problem.J1_0.in_context(m))) / 2 + passages
-    time = parted / (float(growth.saddle) * J2)
-    # The fast phase turns by 2 nu/pi radians in each.
-    steps = parted / min(LENGTH, TURNED * math.pi / (2 * body.nu))
-    bits = min(_bits(growth, J2, time), MOST_BITS)
-    return TRIES * STEP_OF_60_BITS * steps * (bits / 60) ** 2
+    parted, bits = _expected(problem)
+    # The fast phase turns by 2 nu/pi radians while orbits part by e.
+    steps = parted / min(LENGTH, TURNED * math.pi / (2 * problem.body.nu))
+    return TRIES * STEP_OF_60_BITS * steps * (min(bits, MOST_BITS) / 60) ** 2
+
+
+def check_provable(problem: RouteProblem) -> None:
+    """Raise ArithmeticError where pairs of doubles know too little to prove a single symbol."""
+    _, bits = _expected(replace(problem, n_symbols=1))
+    if LEFT + SHORTEST * (bits - LEFT) > MOST_BITS:
+        raise ArithmeticError(
+            f"undecided: to prove one symbol of this body takes some {bits} bits, and {MOST_BITS}"
+            " are known in pairs of doubles: passages are long, or the weight is large"
+        )
+
+
+def _expected(problem: RouteProblem) -> tuple[float, int]:
+    """The logarithm of how far typical orbits part over all symbols, and the bits for them."""
+    J2, m = float(problem.J2_0(53)), context(53)
+    growth = Numbers.of(problem.body, problem.h0).growth
+    # From the start to the first crossing, and in each passage.
+    passage = passage_rotations(problem) * math.pi**2 / problem.body.nu
+    first = float(m.log(J2 / problem.J1_0.in_context(m))) / 2
+    parted = first + problem.n_symbols * passage
+    return parted, _bits(growth, J2, parted / (float(growth.saddle) * J2))
 
 
 def _bits(growth: LogarithmicNorm, J2: float, time: float) -> int:
