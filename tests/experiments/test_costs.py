@@ -71,6 +71,18 @@ SHIFTS = {
     ("e", 1): 5.04,
 }
 """The same for full shifts, by lengths."""
+ZOOMS = {
+    ("fig4", 12, 62, 15): 2.77,
+    ("heavy", 12, 62, 15): 3.44,
+    ("heavy", 3, 6, 4): 0.57,
+    ("generic", 12, 62, 15): 8.74,
+    ("generic", 3, 6, 4): 0.77,
+    ("slow", 12, 62, 15): 1.92,
+    ("slow", 3, 6, 4): 0.37,
+}
+"""The same for zooms, by levels, columns and symbols."""
+EXPONENTS = {"fig4": 3.48, "heavy": 9.38, "generic": 4.16}
+"""The same for the shipped plane of exponents."""
 SPLITTING = {"all": 5.7, "generic": 0.36, "fig5": 0.75}
 """The same for the splitting of the shipped config's bodies, or of one with its weights."""
 
@@ -114,6 +126,18 @@ def test_full_shifts_take_a_third_to_thrice_the_estimate(case: tuple[str, int]) 
     body, lengths = case
     estimate = told("full_shift", body, "h", half_turns="null", lengths=lengths)
     assert 1 / 3 < estimate / SHIFTS[case] < 3
+
+
+@pytest.mark.parametrize("case", ZOOMS, ids=str)
+def test_zooms_take_a_third_to_thrice_the_estimate(case: tuple[str, int, int, int]) -> None:
+    body, levels, count, n_symbols = case
+    settings = {"levels": levels, "count": count, "n_symbols": n_symbols}
+    assert 1 / 3 < told("fig4_zoom", body, "h0", **settings) / ZOOMS[case] < 3
+
+
+@pytest.mark.parametrize("body", EXPONENTS)
+def test_exponents_take_a_third_to_thrice_the_estimate(body: str) -> None:
+    assert 1 / 3 < told("exponents", body, "h0") / EXPONENTS[body] < 3
 
 
 @pytest.mark.parametrize("body", SPLITTING)
