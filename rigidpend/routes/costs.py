@@ -59,7 +59,7 @@ RUNGS = 64, 76, 88, 109, 120, 131
 Their series are shorter: with three random bodies a rung up to 88 bits took 0.36, 0.49 and 0.69 of
 the time of an integration in 106 bits, others 0.45 and 0.58 of one in 160. From one rung to the
 next there are at least four more orders of the series, by which the truncation error falls by e^8.
-Those beyond pairs of doubles begin `GAP_BITS` above what these keep (`certainty.KEPT_IN_PAIRS`).
+Those beyond pairs of doubles begin as far above what these keep (`certainty.KEPT_IN_PAIRS`).
 """
 CLIMBING = 0.6
 """Time of orbits that a lower rung already decides, as a share of that in the full precision.
