@@ -189,8 +189,11 @@ def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRE
 
 
 def fits(bits: int, precisions: Sequence[int]) -> bool:
-    """True if one computation in `bits` bits pays: between the precisions, and not close to any."""
-    far = all(abs(kept_bits(p) - bits) >= CLOSEST for p in precisions)
+    """True if one computation in `bits` bits pays: between the precisions, and not close to any.
+
+    It must be sharper than what those below it keep.
+    """
+    far = all(bits - kept_bits(p) >= CLOSEST or p - bits >= CLOSEST for p in precisions)
     return far and precisions[0] < bits < max(precisions)
 
 
