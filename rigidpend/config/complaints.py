@@ -9,11 +9,11 @@ from typing import TypeAlias
 
 from rigidpend.machine.wording import plain
 
-MAX_SHOWN = 20
+MOST_SHOWN = 20
 """Largest number of complaints that are shown; the rest are counted."""
-MAX_MESSAGE = 300
+MOST_MESSAGE = 300
 """Largest number of characters of a message that are shown."""
-MAX_LINE = 160
+MOST_LINE = 160
 """Largest number of characters of a source line that are shown."""
 
 Place: TypeAlias = tuple[str | int, ...]
@@ -41,8 +41,8 @@ class Origin:
         if self.line is None or self.column is None or not self.text.strip():
             return ""
         # A long line is cut around the place, so that the caret is never outside.
-        first = max(0, self.column - 1 - MAX_LINE // 2) if len(self.text) > MAX_LINE else 0
-        shown = plain(self.text[first : first + MAX_LINE], MAX_LINE)
+        first = max(0, self.column - 1 - MOST_LINE // 2) if len(self.text) > MOST_LINE else 0
+        shown = plain(self.text[first : first + MOST_LINE], MOST_LINE)
         before = shown[: self.column - 1 - first]
         return f"\n    {shown}\n    {''.join(map(_blank, before))}^"
 
@@ -60,7 +60,7 @@ class Complaint:
     def __str__(self) -> str:
         place = ".".join(map(str, self.place))
         said = (place, self.message, ", ".join(self.configs), str(self.origin))
-        path, message, configs, origin = (plain(text, MAX_MESSAGE) for text in said)
+        path, message, configs, origin = (plain(text, MOST_MESSAGE) for text in said)
         middle = f" {path}:" if path else ""
         where = f"{configs}: {origin}" if configs else origin
         return f"{where}:{middle} {message}{self.origin.shown()}"
@@ -71,9 +71,9 @@ class ConfigError(ValueError):
 
     def __init__(self, complaints: list[Complaint]) -> None:
         self.complaints = complaints
-        said = [str(complaint) for complaint in complaints[:MAX_SHOWN]]
-        if len(complaints) > MAX_SHOWN:
-            said.append(f"and {len(complaints) - MAX_SHOWN} more")
+        said = [str(complaint) for complaint in complaints[:MOST_SHOWN]]
+        if len(complaints) > MOST_SHOWN:
+            said.append(f"and {len(complaints) - MOST_SHOWN} more")
         super().__init__("\n".join(said))
 
     @classmethod

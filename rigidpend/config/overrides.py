@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from rigidpend.config import reader
 from rigidpend.config.complaints import ConfigError, Origin, Place
-from rigidpend.config.reader import MAX_DEPTH, Document
+from rigidpend.config.reader import MOST_DEPTH, Document
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.expressions import named
 
@@ -51,8 +51,8 @@ def override(document: Document, setting: str, origin: Origin) -> None:
     if indexed != path:
         raise ConfigError.of(origin, f"an entry of a list is written {indexed}={written}")
     # A setting must obey the reader's bound too, because recursion follows the depth.
-    if path.count(".") >= MAX_DEPTH:
-        raise ConfigError.of(origin, f"more than {MAX_DEPTH} keys inside each other")
+    if path.count(".") >= MOST_DEPTH:
+        raise ConfigError.of(origin, f"more than {MOST_DEPTH} keys inside each other")
     # An empty text is a missing value here, where YAML would read null.
     value = reader.value(written, origin) if written else ""
     place: Place = ()

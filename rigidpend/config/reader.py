@@ -17,13 +17,13 @@ import yaml
 
 from rigidpend.config.complaints import ConfigError, Origin, Place
 
-MAX_BYTES = 200_000
+MOST_BYTES = 200_000
 """Largest size of a file; the largest shipped config has under two thousand bytes."""
-MAX_VALUES = 10_000
+MOST_VALUES = 10_000
 """Most values in a config, so that any config is read and checked within about a second."""
-MAX_DEPTH = 32
+MOST_DEPTH = 32
 """Deepest nesting: configs need five levels, and recursion stays far from Python's limit."""
-MAX_SCALAR = 10_000
+MOST_SCALAR = 10_000
 """Most characters of a value, more than any number that `numbers` reads."""
 WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
 """Words that are not texts unless they are quoted, as in YAML 1.2."""
@@ -102,12 +102,12 @@ def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:
             # One byte more than allowed shows that a file is too large, without reading all of it.
-            raw = file.read(MAX_BYTES + 1)
+            raw = file.read(MOST_BYTES + 1)
     except OSError as error:
         reason = f"cannot be read: {error.strerror or error}"
         raise ConfigError.of(Origin(str(path)), reason) from None
-    if len(raw) > MAX_BYTES:
-        message = f"larger than {MAX_BYTES} bytes, the most that a config may have"
+    if len(raw) > MOST_BYTES:
+        message = f"larger than {MOST_BYTES} bytes, the most that a config may have"
         raise ConfigError.of(Origin(str(path)), message)
     try:
         return raw.decode("utf-8")
@@ -133,10 +133,10 @@ class _Reader:
         return tree
 
     def node(self, event: Any, events: Iterator[Any], place: Place) -> Any:
-        if len(place) > MAX_DEPTH:
-            self.stop(event.start_mark, place[:3], f"nested deeper than {MAX_DEPTH}")
-        if len(self.target.values) >= MAX_VALUES:
-            self.stop(event.start_mark, place[:1], f"more than {MAX_VALUES} values")
+        if len(place) > MOST_DEPTH:
+            self.stop(event.start_mark, place[:3], f"nested deeper than {MOST_DEPTH}")
+        if len(self.target.values) >= MOST_VALUES:
+            self.stop(event.start_mark, place[:1], f"more than {MOST_VALUES} values")
         if wrong := _refused(event):
             self.stop(event.start_mark, place, wrong)
         self.target.values[place] = self.origin(event.start_mark)
@@ -184,8 +184,8 @@ def _refused(event: Any) -> str:
     if event.tag is not None:
         return f"the tag {event.tag} is not allowed"
     value = getattr(event, "value", "")
-    if len(value) > MAX_SCALAR:
-        return f"a value of {len(value)} characters: at most {MAX_SCALAR} are allowed"
+    if len(value) > MOST_SCALAR:
+        return f"a value of {len(value)} characters: at most {MOST_SCALAR} are allowed"
     # By YAML's escapes a text could contain control characters, or half of a
     # surrogate pair, which no file can store.
     if any(

@@ -32,12 +32,12 @@ MOST_BITS = 10_000
 """Largest number of bits, guard bits included: what cancels to so many bits counts as zero."""
 FINEST_BITS = 9_000
 """Bits of the highest working precision, which leaves guard bits up to `MOST_BITS`."""
-MAX_SIZE = 40_000
+MOST_SIZE = 40_000
 """Largest number of bits in the numerator or the denominator of a rational number."""
-MAX_EXPONENT = 5000
+MOST_EXPONENT = 5000
 """Largest decimal exponent, of either sign."""
 # A number written by hand needs far less. A longer text would take seconds to evaluate.
-MAX_TEXT, MAX_CALLS = 4000, 64
+MOST_TEXT, MOST_CALLS = 4000, 64
 """Largest number of characters of a text, and of functions in it."""
 
 FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
@@ -148,8 +148,8 @@ class Exact:
 
     def _within(self, value: Any) -> Any:
         """A settled value, of a size that is taken: what cancels is smaller with each guard bit."""
-        if abs(_magnitude(value)) > MAX_SIZE:
-            raise ExactError(f"{shown(self.text)}: beyond 2**{MAX_SIZE} or its inverse")
+        if abs(_magnitude(value)) > MOST_SIZE:
+            raise ExactError(f"{shown(self.text)}: beyond 2**{MOST_SIZE} or its inverse")
         return value
 
     def in_context(self, m: MPContext) -> Any:
@@ -223,8 +223,8 @@ def exact(value: Any) -> Exact:
     if not hasattr(value, "as_integer_ratio"):
         raise ExactError(f"{named(value)} is not a real number")
     # A Decimal may hold 1e999999 in a few bytes; its ratio cannot.
-    if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) > MAX_EXPONENT:
-        raise ExactError(f"{value}: exponents go to {MAX_EXPONENT}")
+    if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) > MOST_EXPONENT:
+        raise ExactError(f"{value}: exponents go to {MOST_EXPONENT}")
     try:
         taken = Fraction(*map(int, value.as_integer_ratio()))
     except (ValueError, OverflowError):
@@ -238,8 +238,8 @@ def exact(value: Any) -> Exact:
 @functools.lru_cache(maxsize=1024)
 def _read(text: str) -> Exact:
     """Read a text; kept, since the members of a sweep share nearly all of their numbers."""
-    if len(text) > MAX_TEXT:
-        raise ExactError(f"a number of {len(text)} characters: at most {MAX_TEXT} are read")
+    if len(text) > MOST_TEXT:
+        raise ExactError(f"a number of {len(text)} characters: at most {MOST_TEXT} are read")
     source = text.strip()
     # Python would skip everything behind a #; YAML takes it for a comment only behind a blank.
     if "#" in source:
@@ -248,8 +248,8 @@ def _read(text: str) -> Exact:
         # Only Python's grammar is used. Nothing is evaluated, and `_node` has a list of what it
         # accepts.
         tree = ast.parse(source, mode="eval")
-        if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MAX_CALLS:
-            raise ExactError(f"more than {MAX_CALLS} functions in a number")
+        if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MOST_CALLS:
+            raise ExactError(f"more than {MOST_CALLS} functions in a number")
         read = _node(tree.body, source)
     except ExactError as error:
         before = "" if str(error).startswith(repr(source)) else f"{shown(text)!r}: "
@@ -268,8 +268,8 @@ def _node(node: ast.expr, source: str) -> Exact:
             part = ast.get_source_segment(source, node) or ""
             _, _, exponent = part.lower().partition("e")
             # The parser allows 1e999999999, whose exact value would fill the memory.
-            if exponent and abs(int(exponent)) > MAX_EXPONENT:
-                raise ExactError(f"{part}: exponents go to {MAX_EXPONENT}")
+            if exponent and abs(int(exponent)) > MOST_EXPONENT:
+                raise ExactError(f"{part}: exponents go to {MOST_EXPONENT}")
             return rational(Fraction(part), part)
         case ast.Name(id="pi"):
             return PI
@@ -323,9 +323,9 @@ def _magnitude(value: Any) -> int:
 def rational(value: Fraction, text: str | None) -> Exact:
     """Make a rational number, by default with the shortest text that gives it exactly."""
     p, q = value.numerator, value.denominator
-    if _size(value) > MAX_SIZE:
-        raise ExactError(f"a number with more than {MAX_SIZE} bits")
-    if text is None or len(text) > MAX_TEXT:
+    if _size(value) > MOST_SIZE:
+        raise ExactError(f"a number with more than {MOST_SIZE} bits")
+    if text is None or len(text) > MOST_TEXT:
         text = _shortest(value)
     return Exact(text, value, lambda m: m.mpf(p) / q)
 
@@ -376,8 +376,8 @@ def _power(text: str, a: Exact, power: Fraction | None) -> Exact:
         raise ExactError(f"{text}: division by zero")
     if a.fraction is None:
         return Exact(text, None, lambda m: a.over(m) ** n)
-    if abs(n) * _size(a.fraction) > MAX_SIZE:
-        raise ExactError(f"{text}: a number with more than {MAX_SIZE} bits")
+    if abs(n) * _size(a.fraction) > MOST_SIZE:
+        raise ExactError(f"{text}: a number with more than {MOST_SIZE} bits")
     return rational(a.fraction**n, text)
 
 

@@ -9,7 +9,7 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
-MAX_CHARACTERS = 160
+MOST_CHARACTERS = 160
 """Largest number of characters of a number in a message."""
 RATIONAL = re.compile(r"-?\d{1,600}(/\d{1,600})?")
 """Pattern of the texts that :func:`as_written` rewrites; longer numbers are left as they are.
@@ -27,8 +27,8 @@ class ExactError(ValueError):
 
 def shown(text: str) -> str:
     """Shorten the text of a long number for a message, by leaving out its middle."""
-    half = MAX_CHARACTERS // 2
-    return text if len(text) <= MAX_CHARACTERS else f"{text[:half]} ... {text[-half:]}"
+    half = MOST_CHARACTERS // 2
+    return text if len(text) <= MOST_CHARACTERS else f"{text[:half]} ... {text[-half:]}"
 
 
 def named(value: object) -> str:
@@ -41,7 +41,7 @@ def named(value: object) -> str:
 
 
 _SHORT = reprlib.Repr()
-_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = MAX_CHARACTERS // 2
+_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = MOST_CHARACTERS // 2
 
 
 def as_written(text: str) -> str:

@@ -60,13 +60,14 @@ orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 
 wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 348 orbits of four
 bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and erred
 by half of the difference at most."""
-KEPT_IN_PAIRS = 98
-"""Bits that an integration in pairs of doubles keeps, whatever tolerance it has.
+KEPT_IN_PAIRS = 97
+"""Bits for which an integration in pairs of doubles counts, whatever tolerance it has.
 
-Of 1,279 orbits that maps of 90 bits leave open, of five bodies, the last crossing that maps find to
-0.3 radians was 2^4.6 to 2^6 times sharper in the median by integrations in pairs of 106 bits, and
-no sharper than by those of 98; integrations of 117 bits, in sums of three doubles, were sharper by
-2^19."""
+Where integrations of 88 bits erred by up to 0.3 radians, those of 98, 102 and 106 bits were alike,
+sharper by 2^5 to 2^7 in the median of 96 orbits of each of five bodies, and those of 109 bits, in
+sums of three doubles, by 2^17 to 2^19. Those of 106 bits erred by more than R times the difference
+from one of 88 bits in a share of 0.005/R to 0.009/R of 330 orbits, and from a map of 90 bits in
+0.012/R to 0.016/R of 1,279. So this number leaves the chance of about one in 70,000, as above."""
 
 
 class Contradiction(Exception):

@@ -15,7 +15,7 @@ from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact, ExactError, context, function
 
-MAX_SYMBOLS = 100_000
+MOST_SYMBOLS = 100_000
 """Largest number of symbols on an orbit."""
 LEAST_MU = 1e-100
 """Least mu relative to h0: doubles lose a smaller one."""
@@ -54,7 +54,7 @@ class RouteProblem:
 
     def __post_init__(self) -> None:
         checked.of_kind("body", self.body, Body, ProblemError)
-        n = checked.whole("n_symbols", self.n_symbols, 1, MAX_SYMBOLS, ProblemError)
+        n = checked.whole("n_symbols", self.n_symbols, 1, MOST_SYMBOLS, ProblemError)
         object.__setattr__(self, "n_symbols", n)
         for name in ("h0", "J1_0"):
             object.__setattr__(self, name, checked.number(name, getattr(self, name), ProblemError))

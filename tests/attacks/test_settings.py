@@ -237,7 +237,7 @@ def test_mutated_configs_and_any_settings_load_or_are_refused(loads: Load) -> No
 
 @pytest.mark.slow
 def test_the_largest_files_are_refused_in_time(loads: Load) -> None:
-    much = reader.MAX_BYTES * 9 // 10 - len(TEXT)
+    much = reader.MOST_BYTES * 9 // 10 - len(TEXT)
     assert not loads(TEXT.replace("2, 1, 1.5", "[]," * (much // 3)).encode())
     for unit in ("k:\n", "{}\n", "--- \n", "- \n", "[", "*a ", "&a ", "'", '"\\x'):
         assert not loads((TEXT + unit * (much // len(unit))).encode())

@@ -13,7 +13,7 @@ from tests.config.samples import FIG4, TEXT, changed, complaint, refused, writte
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- "])
 def test_nesting_is_bounded(tmp_path: Path, opening: str) -> None:
-    closing, most = {"[": "]", "{a: ": "}", "- ": "x"}[opening], reader.MAX_DEPTH
+    closing, most = {"[": "]", "{a: ": "}", "- ": "x"}[opening], reader.MOST_DEPTH
     for depth in (most + 2, 200):
         [problem] = refused(written(tmp_path, opening * depth + closing * depth))
         assert "deeper" in problem.message or "not YAML" in problem.message
@@ -26,11 +26,11 @@ def test_nesting_is_bounded(tmp_path: Path, opening: str) -> None:
 
 def test_a_huge_file_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("yaml.parse", None)
-    path = written(tmp_path, TEXT + "#" * reader.MAX_BYTES)
+    path = written(tmp_path, TEXT + "#" * reader.MOST_BYTES)
     [problem] = refused(path)
     assert (
         str(problem)
-        == f"{path}: larger than {reader.MAX_BYTES} bytes, the most that a config may have"
+        == f"{path}: larger than {reader.MOST_BYTES} bytes, the most that a config may have"
     )
 
 
@@ -134,7 +134,7 @@ def test_a_long_line_is_shown_around_the_place(tmp_path: Path) -> None:
     path = written(tmp_path, text.replace("r: [1", "r: [" + " " * 900 + "y"))
     last = refused(path)[-1]
     said, line, caret = str(last).splitlines()
-    assert len(line) <= 4 + complaints.MAX_LINE
+    assert len(line) <= 4 + complaints.MOST_LINE
     assert line[caret.index("^")] == "y"
     assert len(said) < 500
 
@@ -154,11 +154,11 @@ def test_many_faults_are_counted(tmp_path: Path) -> None:
         loading.load(written(tmp_path, text))
     assert len(caught.value.complaints) == 100
     assert str(caught.value).endswith("\nand 80 more")
-    assert str(caught.value).count("unknown key") == complaints.MAX_SHOWN
+    assert str(caught.value).count("unknown key") == complaints.MOST_SHOWN
 
 
 def test_the_number_of_values_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reader, "MAX_VALUES", 4)
+    monkeypatch.setattr(reader, "MOST_VALUES", 4)
     assert reader.parse("[1, 2, 3]", "given").tree == ["1", "2", "3"]
     with pytest.raises(ConfigError, match="more than 4 values"):
         reader.parse("[1, 2, 3, 4]", "given")

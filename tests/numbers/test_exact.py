@@ -14,7 +14,7 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from rigidpend.numbers.exact import (
-    MAX_TEXT,
+    MOST_TEXT,
     PI,
     Exact,
     ExactError,
@@ -178,7 +178,7 @@ def _larger(parts: st.SearchStrategy[Exact]) -> st.SearchStrategy[Exact]:
 @pytest.mark.slow
 @examples(60, st.recursive(LEAVES, _larger, max_leaves=6))
 def test_agrees_the_text_of_an_exact_with_its_value(x: Exact) -> None:
-    assume(len(str(x)) <= MAX_TEXT)
+    assume(len(str(x)) <= MOST_TEXT)
     again = exact(str(x))
     assert (again.fraction, ratio(again.at(1000))) == (x.fraction, ratio(x.at(1000)))
     assert str(pickle.loads(pickle.dumps(x))) == str(x)

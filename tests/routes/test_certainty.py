@@ -137,10 +137,10 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ((53, 61), LIMIT_OF_UNEQUAL / 8),
         # The last one before counts, and not the first.
         ((53, 64, 72), LIMIT_OF_UNEQUAL / 8),
-        # Pairs of doubles keep 98 bits.
-        ((53, 90, 106), LIMIT_OF_UNEQUAL / 8),
-        ((53, 106, 109), LIMIT_OF_UNEQUAL),
-        ((53, 106, 108), LIMIT_OF_UNEQUAL / 2),
+        # Pairs of doubles count as 97 bits.
+        ((53, 90, 106), LIMIT_OF_UNEQUAL / 16),
+        ((53, 106, 108), LIMIT_OF_UNEQUAL),
+        ((53, 106, 107), LIMIT_OF_UNEQUAL / 2),
     ],
 )
 def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:

@@ -19,7 +19,7 @@ from rigidpend.config.schema import (
     word_for_none,
 )
 
-MAX_ORBITS = 10_000
+MOST_ORBITS = 10_000
 """Largest number of orbits on a surface; memory holds all their samples."""
 
 
@@ -27,8 +27,8 @@ WIDE = holding(lambda x: 1 < x <= 100, "half_width must be more than 1 and at mo
 
 
 def _few(grid: PhaseGrid) -> PhaseGrid:
-    if grid.count > MAX_ORBITS:
-        raise ValueError(f"at most {MAX_ORBITS} orbits on each surface, got {grid.count}")
+    if grid.count > MOST_ORBITS:
+        raise ValueError(f"at most {MOST_ORBITS} orbits on each surface, got {grid.count}")
     # These orbits are computed in doubles only, which must tell the phases apart.
     grid.apart(53)
     return grid

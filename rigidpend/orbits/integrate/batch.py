@@ -40,7 +40,7 @@ from rigidpend.orbits.integrate.passages import (
     value_at,
 )
 
-MAX_STEPS = 1_000_000
+MOST_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
 TOGETHER = {53: 512, 106: 64, 159: 16, 212: 8, 424: 8}
 """Number of orbits carried at a time, by bits: the kernel then works for 4 ms or more."""
@@ -167,7 +167,7 @@ class Batch:
         outcome[lanes["orbit"][complete]] = Outcome.COMPLETE
         for k in np.flatnonzero(late & ~complete):
             outcome[lanes["orbit"][k]] = silent_outcome(*self.states[:2, k])
-        return complete | late | ~finite | (lanes["silence"] >= MAX_STEPS)
+        return complete | late | ~finite | (lanes["silence"] >= MOST_STEPS)
 
     def load(self, ended: Any = ()) -> None:
         """Remove the columns of orbits that are done, and append those of the next orbits."""

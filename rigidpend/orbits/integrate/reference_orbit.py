@@ -39,7 +39,7 @@ BLOCK = 8
 """Number of steps that are taken at a time, all in one precision."""
 PARTS = 3
 """Parts into which a step of the integers is divided, being too long for a tangent in doubles."""
-MAX_STEPS = 10_000_000
+MOST_STEPS = 10_000_000
 """Steps after which an orbit counts as failed: some 300,000 passages."""
 TINY = 2.0**-800
 """Factor that makes a tangent a difference so small that its square vanishes beside it."""
@@ -177,7 +177,7 @@ class ReferenceOrbit:
     def followed(self, n_crossings: int) -> Crossings:
         """The first crossings; FAILED from where they do not rise and fall in turn."""
         found, rows = no_crossings(n_crossings, 1), list[Any]()
-        for k in range(MAX_STEPS):
+        for k in range(MOST_STEPS):
             if not self.reaches(k + 1):
                 found.outcome[0] = silent_outcome(*self.points[-1].state[:2])
                 break

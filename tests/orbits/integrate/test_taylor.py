@@ -49,7 +49,7 @@ def test_outcome_out_of_steps_is_failed_and_the_next_run_knows_nothing_of_it(
     whole = find(fan(2), "taylor", bits)
     assert whole.outcome.tolist() == [Outcome.COMPLETE] * 2
     monkeypatch.setattr(batch, "STEPS", {bits: 8})
-    monkeypatch.setattr(batch, "MAX_STEPS", 3)
+    monkeypatch.setattr(batch, "MOST_STEPS", 3)
     found = find(fan(3, GENERIC), "taylor", bits, body=GENERIC)
     assert found.outcome.tolist() == [Outcome.FAILED] * 3
     assert np.isnan(found.time).all()
@@ -102,7 +102,7 @@ def test_notes_have_room_for_every_step_of_every_lane(bits: int) -> None:
         groups, steps, notes = given[5:]
         assert groups * run.abreast * steps <= len(notes)
         noted.append(steps)
-        run.lanes["silence"] = batch.MAX_STEPS // 2
+        run.lanes["silence"] = batch.MOST_STEPS // 2
         run.times[0] = np.inf if len(noted) == 2 else 0
         return 0
 
@@ -171,7 +171,7 @@ def test_a_zero_is_isolated_where_newton_s_next_correction_would_show(
 def test_an_orbit_is_given_up_by_its_steps_since_the_last_crossing(
     most: int, ended: list[bool], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(batch, "MAX_STEPS", most)
+    monkeypatch.setattr(batch, "MOST_STEPS", most)
     run = batch.Batch(task(fan(2), 53), 53, 2.0**-52)
     run.load()
     none, one = np.empty((3, 0)), np.array([[1.0], [0.5], [2.0]])
