@@ -79,6 +79,8 @@ ZOOMS = {
     ("generic", 3, 6, 4): 0.77,
     ("slow", 12, 62, 15): 1.92,
     ("slow", 3, 6, 4): 0.37,
+    ("e", 12, 62, 15): 14.38,
+    ("e", 3, 6, 4): 0.86,
 }
 """The same for zooms, by levels, columns and symbols."""
 EXPONENTS = {"fig4": 3.48, "heavy": 9.38, "generic": 4.16}
