@@ -44,7 +44,8 @@ class Enclosed(NamedTuple):
 def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
     """Enclose the exact problem of an orbit that starts at theta1_0 = alpha0 + beta0.
 
-    `theta2_0` is in radians. Round-off of the working precision, `bits`, widens the balls.
+    `theta2_0` is in radians. Round-off of the working precision widens the balls: it has `bits`, or
+    as many more as J2_0 - J1_0 needs to be told from zero.
     """
     with ctx.workprec(bits):
         given = problem.body, ball_of(problem.J1_0), problem.h0, ball_of(theta2_0)
@@ -54,7 +55,11 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
         # boundary, so that rounding does not decide its unit.
         unit = _power_of_two(J2 * (1 + arb(2) ** -20))
         numbers = Numbers.of(problem.body, problem.h0, bits=bits, unit=unit)
-        return Enclosed(numbers.without_derivatives, start_of(*given, unit)[0], unit)
+        state = start_of(*given, unit)[0]
+    # The root of what may be negative is no number.
+    if not all(x.is_finite() for x in state):
+        return enclosed(problem, theta2_0, 2 * bits)
+    return Enclosed(numbers.without_derivatives, state, unit)
 
 
 def _power_of_two(x: arb) -> arb:

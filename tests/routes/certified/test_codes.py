@@ -12,6 +12,8 @@ from rigidpend.config import catalogue
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
+from rigidpend.routes.certified.orbit import enclosed
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4 as BODY
 from tests.bodies import problem
@@ -97,6 +99,18 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
     )
     assert found.status == ["undecided"]
     assert found.separatrix[:, 0].tolist() == [2, *[0] * n]
+
+
+def test_a_start_next_to_J2_is_enclosed_in_as_many_bits_as_that_takes() -> None:
+    """Of J2_0 - J1_0, 1e-60 of J2_0 = 1 here, a root is taken: rounded, it may be negative."""
+    of = RouteProblem(BODY, exact("2/3"), exact("1 - 1/10**60"), 1)
+    Qp = enclosed(of, exact("1"), 8).state[0]
+    assert float(Qp) == pytest.approx(8**0.5 / 3 * 2e-30, rel=0.1, abs=0.0)
+    given: Any = {"h0": of.h0, "J1_0": of.J1_0, "n_symbols": 1}
+    found = certify_codes(BODY, "1", **given)
+    assert found.words == route_codes(BODY, "1", **given).words
+    few = [step._replace(bits=1) for step in found.steps[0]]
+    assert codes.check(of, exact("1"), few).reason.startswith("H3: ")
 
 
 def test_no_orbits_are_no_trouble() -> None:
