@@ -13,6 +13,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.orbit import enclosed
+from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4 as BODY
@@ -111,6 +112,27 @@ def test_a_start_next_to_J2_is_enclosed_in_as_many_bits_as_that_takes() -> None:
     assert found.words == route_codes(BODY, "1", **given).words
     few = [step._replace(bits=1) for step in found.steps[0]]
     assert codes.check(of, exact("1"), few).reason.startswith("H3: ")
+
+
+NOTHING = "sqrt(sin(pi)*sin(pi))"
+"""Zero, the root of what cancels: a ball of it contains negative numbers in any bits."""
+
+
+@pytest.mark.parametrize(
+    ("mu", "h0", "phase"),
+    [
+        ("1/1000", "4/3", NOTHING),
+        ("1/1000", f"4/3 + {NOTHING}", "1"),
+        (f"1/1000 + {NOTHING}", "4/3", "1"),
+    ],
+)
+def test_a_start_that_no_bits_tell_is_undecided(mu: str, h0: str, phase: str) -> None:
+    body = Body((2, 1, "3/2"), (1, 1, 0), mu)
+    found = certify_codes(body, phase, h0=h0, J1_0="1e-3", n_symbols=1)
+    of, step = RouteProblem(body, exact(h0), exact("1e-3"), 1), Step(1, 60, [[0]] * 6)
+    assert found.status == ["undecided"]
+    for reason in (*found.reason, codes.check(of, exact(phase), [step]).reason):
+        assert reason.startswith("H1: the start cannot be told in ")
 
 
 def test_no_orbits_are_no_trouble() -> None:
