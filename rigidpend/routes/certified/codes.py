@@ -184,7 +184,10 @@ def _orbit(
     theta2_0, time, tries = orbit
     # A double is enough for the name: the exact phase of a grid is an expression start + step k.
     name = f"theta2_0 = {float(theta2_0)!r}"
-    steps, enough = asked_for(problem, time, theta2_0)
+    try:
+        steps, enough = asked_for(problem, time, theta2_0)
+    except Undecided as doubt:
+        return Proof([], [], str(doubt))
     asked, tries = (enough, tries) if bits is None else (bits, 1)
     found, spent = Proof([], [], ""), 0
     for _ in range(tries):
@@ -333,15 +336,16 @@ def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step]) -> Proo
     """Check given steps again, without integration: the proof that they are, as far as it goes."""
     if not steps:
         return Proof([], [], "there are no steps")
-    # In as many bits as `prove` took, so that times and bounds are the same, bit for bit.
-    start = enclosed(problem, theta2_0, steps[0].bits + AT_START)
-    checker, reason = OrbitChecker(start), ""
+    found, reason = list[ProvenCrossing](), ""
     try:
+        # In as many bits as `prove` took, so that times and bounds are the same, bit for bit.
+        checker = OrbitChecker(enclosed(problem, theta2_0, steps[0].bits + AT_START))
+        found = checker.crossings
         for step in steps:
             checker.take(step)
     except Undecided as doubt:
         reason = str(doubt)
-    crossings = checker.crossings[: problem.n_symbols + 1]
+    crossings = found[: problem.n_symbols + 1]
     if not reason and len(crossings) <= problem.n_symbols:
         reason = "the steps end before the last crossing"
     return Proof(crossings, list(steps), reason)

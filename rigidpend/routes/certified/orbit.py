@@ -21,7 +21,7 @@ from rigidpend.routes.certified.balls import ARB_BITS, ball_of, double_above, st
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Path, at_ends, on_parts
 from rigidpend.routes.certified.passages import defects, joined, tube
-from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
+from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_CLOCK, Step
 from rigidpend.routes.certified.sections import Numbers
 from rigidpend.routes.problem import RouteProblem
 
@@ -44,11 +44,17 @@ class Enclosed(NamedTuple):
 def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
     """Enclose the exact problem of an orbit that starts at theta1_0 = alpha0 + beta0.
 
-    `theta2_0` is in radians. Round-off of the working precision, `bits`, widens the balls.
+    `theta2_0` is in radians. Round-off of the working precision widens the balls: it has `bits`, or
+    as many more as J2_0 - J1_0 needs to be told from zero. Undecided where it takes too many.
     """
     with ctx.workprec(bits):
         given = problem.body, ball_of(problem.J1_0), problem.h0, ball_of(theta2_0)
-        _, J2 = start_of(*given)
+        start, J2 = start_of(*given)
+        # The root of what may be negative is no number.
+        if not all(x.is_finite() for x in (*start, ball_of(problem.body.mu))):
+            if bits > ORBIT_BITS:
+                raise Undecided(f"H1: the start cannot be told in {bits} bits")
+            return enclosed(problem, theta2_0, 2 * bits)
         # Divided by it |M| is about one to two, as coefficients in fixed point want it, and a
         # power of two rounds nothing. The factor lifts a J2 that is itself a power of two off the
         # boundary, so that rounding does not decide its unit.

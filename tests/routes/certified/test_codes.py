@@ -12,6 +12,9 @@ from rigidpend.config import catalogue
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
+from rigidpend.routes.certified.orbit import enclosed
+from rigidpend.routes.certified.pieces import Step
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4 as BODY
 from tests.bodies import problem
@@ -97,6 +100,39 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
     )
     assert found.status == ["undecided"]
     assert found.separatrix[:, 0].tolist() == [2, *[0] * n]
+
+
+def test_a_start_next_to_J2_is_enclosed_in_as_many_bits_as_that_takes() -> None:
+    """Of J2_0 - J1_0, 1e-60 of J2_0 = 1 here, a root is taken: rounded, it may be negative."""
+    of = RouteProblem(BODY, exact("2/3"), exact("1 - 1/10**60"), 1)
+    Qp = enclosed(of, exact("1"), 8).state[0]
+    assert float(Qp) == pytest.approx(8**0.5 / 3 * 2e-30, rel=0.1, abs=0.0)
+    given: Any = {"h0": of.h0, "J1_0": of.J1_0, "n_symbols": 1}
+    found = certify_codes(BODY, "1", **given)
+    assert found.words == route_codes(BODY, "1", **given).words
+    few = [step._replace(bits=1) for step in found.steps[0]]
+    assert codes.check(of, exact("1"), few).reason.startswith("H3: ")
+
+
+NOTHING = "sqrt(sin(pi)*sin(pi))"
+"""Zero, the root of what cancels: a ball of it contains negative numbers in any bits."""
+
+
+@pytest.mark.parametrize(
+    ("mu", "h0", "phase"),
+    [
+        ("1/1000", "4/3", NOTHING),
+        ("1/1000", f"4/3 + {NOTHING}", "1"),
+        (f"1/1000 + {NOTHING}", "4/3", "1"),
+    ],
+)
+def test_a_start_that_no_bits_tell_is_undecided(mu: str, h0: str, phase: str) -> None:
+    body = Body((2, 1, "3/2"), (1, 1, 0), mu)
+    found = certify_codes(body, phase, h0=h0, J1_0="1e-3", n_symbols=1)
+    of, step = RouteProblem(body, exact(h0), exact("1e-3"), 1), Step(1, 60, [[0]] * 6)
+    assert found.status == ["undecided"]
+    for reason in (*found.reason, codes.check(of, exact(phase), [step]).reason):
+        assert reason.startswith("H1: the start cannot be told in ")
 
 
 def test_no_orbits_are_no_trouble() -> None:

@@ -106,6 +106,8 @@ def test_a_value_is_a_ball_around_the_exact_one() -> None:
         *((random_series(7, 10), offset, parts) for offset in (0, 3 << UNIT) for parts in (4, 32)),
         # T_8 is 1 at all ends of 4 parts, and 0 between them.
         ([0] * 8 + [1 << UNIT], 0, 4),
+        # Only the error tells values of these functions from zero.
+        ([0], 0, 4),
     ],
 )
 def test_bounds_hold_between_ends_of_parts(series: list[int], offset: int, parts: int) -> None:

@@ -14,12 +14,12 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from flint import arb, arb_mat
+from flint import arb, arb_mat, ctx
 
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import passages, sections
 from rigidpend.routes.certified.horseshoe import ShiftProblem
-from rigidpend.routes.certified.models import Family, on_parts
+from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
 from rigidpend.routes.certified.start_lines import LineStarts, line_pieces
 from scripts import check_full_shift, check_passages, check_sections
@@ -75,6 +75,35 @@ def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
         found, wanted = [float(x.upper()) for x in mine()], list(map(float, theirs()))
         assert found == pytest.approx(wanted, rel=1e-3)
         assert k < 5 or found[:2] == pytest.approx(wanted[:2], rel=1e-6, abs=0)
+
+
+@pytest.mark.parametrize("large", [0, 1])
+def test_C1_derivatives_are_those_of_the_integrals(stored: Stored, large: int) -> None:
+    """The integrals are quadratic: half of a difference over a length of 2 is exactly that.
+
+    They are linear, so that a difference of two has no part of the weight.
+    """
+    numbers, state = stored.numbers, [Fraction(k * k - 7, 8) for k in range(6)]
+    weight = numbers.field.mu_r1, numbers.field.mu_r2
+    balls = [arb(x.numerator) / x.denominator for x in state]
+    with ctx.workprec(INPUT_BITS):
+        rows = numbers.slopes(1, balls, weight, large)
+        turned = numbers.slopes(1, balls[::-1], weight, large)
+        apart = [x - y for x, y in zip(balls, balls[::-1], strict=True)]
+        between = numbers.slopes(0, apart, weight, large)
+        for column, moved in enumerate((large, 2, 3, 4, 5)):
+            ahead, behind = (
+                numbers.integrals(
+                    [Family.of_fraction(x + side * (k == moved), 3) for k, x in enumerate(state)],
+                    weight,
+                )
+                for side in (1, -1)
+            )
+            for row, (a, b) in enumerate(zip(ahead, behind, strict=True)):
+                off = (a - b).range / 2 - rows[row][column]
+                assert off.contains(0)
+                assert off.rad() < 1e-40
+                assert (rows[row][column] - turned[row][column] - between[row][column]).contains(0)
 
 
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
