@@ -14,7 +14,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.heteroclinic import phase_at_start
-from rigidpend.surfaces.splitting import MOST_HARMONICS, distance, harmonics, measure
+from rigidpend.surfaces.splitting import MOST_HARMONICS, derivative, distance, harmonics, measure
 from rigidpend.surfaces.surface_orbits import (
     Points,
     coefficients,
@@ -52,6 +52,8 @@ def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
     assert len(found) == 15
     # F(g) - F(pi - g) doubles what is odd about pi/2 and drops the rest.
     assert found[:4] == pytest.approx([10, 4, -8, 0], abs=1e-9)
+    # Weights of either sign cancel, in more bits than the numbers have.
+    assert max(map(abs, derivative(a.array([M.mpf(1)] * n), a))) < 1e-25
 
 
 @pytest.mark.parametrize(("turning", "known"), [(0.95, True), (1.05, False)])

@@ -148,6 +148,11 @@ def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
     assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
 
 
+@pytest.mark.parametrize("name", ["exponents", "charts", "inverse"])
+def test_the_largest_error_is_that_of_any_table(name: str) -> None:
+    assert Errors(*np.zeros(7))._replace(**{name: 1.0}).largest == 1
+
+
 @pytest.mark.parametrize("name", Orders._fields)
 def test_a_map_of_larger_orders_costs_more(rough: Rough, name: str) -> None:
     """And not more than the largest power of them in the number of operations."""
