@@ -24,7 +24,7 @@ STARTS = np.array([1e-9, 1e-7, 1e-5])
 THETA2, J1_0 = np.random.default_rng(4).uniform(0, 6.28, 60), np.tile(STARTS, 20)
 DOUBLES = resolve(None, None, (53,))
 MU, H0 = np.array([1e-3, 2e-3, 1e-3, 2e-3, 1e-3]), np.array([1.1, 1.2, 1.9, 1.3, 1.4])
-ALPHA0 = np.array([1.9, 1.9, 1.8, 1.9, 1.9])
+ALPHA0 = np.array([1.9, 1.9, 1.5, 1.9, 1.9])
 FEW = np.array([0.3, 1.2, 2.2, 3.1, 5.0])
 
 
