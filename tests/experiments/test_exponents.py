@@ -91,9 +91,8 @@ def test_without_an_established_code_a_cell_stays_blank(
     other = computed(asked("exponents", *SMALL))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])
-    told = other["growth"]
-    shares = np.nanquantile(other["exponent"], told["share"])
-    np.testing.assert_allclose(told["exponent"][:, -1], shares, rtol=1e-12)
+    shares = np.nanquantile(other["exponent"], other["growth"]["share"])
+    np.testing.assert_allclose(other["growth"]["exponent"][:, -1], shares, rtol=1e-12)
     # The seventh is one of those that are checked.
     checked, gap = other["checked"], np.array([0, np.nan, 0, 0, 0])
     np.testing.assert_allclose(checked["difference"], 1 + gap, rtol=1e-12)

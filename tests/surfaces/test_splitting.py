@@ -1,6 +1,7 @@
 """The splitting: against real backward integration, in several precisions; orbits of S1-."""
 
 import math
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -137,6 +138,22 @@ def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
     found = measure(light, H0, LIGHT, both)
     assert (found.resolved, found.bits) == (True, 113)
     assert measure(FIG4, H0, ALLOWED, both).bits == 53
+
+
+@pytest.mark.parametrize(
+    ("apart", "beyond", "error"),
+    [(0, (0, 0), 2.0**-51), (1e-3, (0, 0), 4e-3), (0, (2, 3), 3), (0, (3, 2), 3)],
+)
+def test_the_error_told_is_four_times_what_two_computations_differ_by_or_what_is_left_out(
+    apart: float, beyond: tuple[float, float], error: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The numbers themselves are rounded to 53 bits."""
+    unit = splitting.amplitude(surface(FIG4, H0, 53))
+    both = [([unit, k * apart * unit], left * unit) for k, left in enumerate(beyond)]
+    monkeypatch.setattr(splitting, "meet", Mock())
+    monkeypatch.setattr(splitting, "harmonics", Mock(side_effect=both))
+    found = measure(FIG4, H0, 9.0, IN_DOUBLES)
+    assert found.error == pytest.approx(error, rel=1e-9, abs=0)
 
 
 def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:
