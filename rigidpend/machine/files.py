@@ -69,12 +69,10 @@ def content(path: Path, *, links: bool = True) -> bytes:
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags | (0 if links else getattr(os, "O_NOFOLLOW", 0)))
     with os.fdopen(handle, "rb") as file:
-        _check_regular(os.fstat(handle))
-        # No more than the size and a byte is requested, which is what a limit on memory counts.
-        found = file.read(os.fstat(handle).st_size + 1)
-    if len(found) > MOST_BYTES:
-        raise ValueError(f"more than {MOST_BYTES} bytes")
-    return found
+        found = os.fstat(handle)
+        _check_regular(found)
+        # No more than the size is requested, which is what a limit on memory counts.
+        return file.read(found.st_size)
 
 
 def _check_regular(found: os.stat_result) -> None:

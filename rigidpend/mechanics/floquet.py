@@ -122,7 +122,7 @@ def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
     nodes, weights, integrals = _gauss()
     turn, step = np.arange(n) / n, 1 / n
     # 2 sn^2 - 1 and 2 sn cn have half the period of sn: a rotation takes 2 K of its argument.
-    half_turn = 2 * jacobi.K(*pendulum.modulus(h0, p.mu, math), math)
+    half_turn = 2 * jacobi.K(pendulum.complement(h0, p.mu, math), math)
     up, ahead, _ = pendulum.swing(turn * half_turn, h0, p.mu, np)
     B = step * _linearised(turn[:, None] + step * nodes, p, h0, family)
     # B_i is the system's matrix at node i, times the step. The fundamental matrix, 1 at a step's

@@ -1,7 +1,7 @@
-"""Jacobi's elliptic functions and K, given a modulus k together with its complement k'.
+"""Jacobi's elliptic functions and K, given the complement k' = sqrt(1 - k^2) of a modulus k.
 
 Libraries take only the parameter k^2. Near k = 1 its rounding loses k', which distinguishes the
-orbits. Here kc = k' > 0 is given too, and all sums have positive terms, so that the functions keep
+orbits. Here kc = k' > 0 is given, and all sums have positive terms, so that the functions keep
 their relative precision down to k' = 1e-150. Numbers are generic: `m` is numpy, math or an mpmath
 context.
 """
@@ -13,13 +13,13 @@ from typing import Any
 from rigidpend.numbers.generic import Elementary, Scalar
 
 
-def sncndn(u: Scalar, k: Scalar, kc: Scalar, m: Elementary) -> tuple[Any, Any, Any]:
+def sncndn(u: Scalar, kc: Scalar, m: Elementary) -> tuple[Any, Any, Any]:
     """Compute sn, cn and dn of u.
 
     The method is Gauss's transformation to smaller moduli, written without differences, so that dn
     keeps its relative precision where it is as small as kc.
     """
-    moduli = _moduli(k, kc, m)
+    moduli = _moduli(kc, m)
     # One division, so that the argument is rounded once however many moduli there are.
     x = u / _stretch(moduli)
     # At a modulus of 0 the functions are sine, cosine and 1.
@@ -33,14 +33,14 @@ def sncndn(u: Scalar, k: Scalar, kc: Scalar, m: Elementary) -> tuple[Any, Any, A
     return sn, cn, dn
 
 
-def K(k: Scalar, kc: Scalar, m: Elementary) -> Any:
+def K(kc: Scalar, m: Elementary) -> Any:
     """Complete elliptic integral K(k) of the first kind, a quarter of the period of sn."""
-    return m.pi / 2 * _stretch(_moduli(k, kc, m))
+    return m.pi / 2 * _stretch(_moduli(kc, m))
 
 
-def _moduli(k: Scalar, kc: Scalar, m: Elementary) -> list[tuple[Any, Any]]:
-    """The descending moduli (1 - kc)/(1 + kc) below k, with one minus each, down to round-off."""
-    found = []
+def _moduli(kc: Scalar, m: Elementary) -> list[tuple[Any, Any]]:
+    """The descending moduli (1 - kc)/(1 + kc), with one minus each, down to round-off."""
+    found, k = [], 1
     # The moduli fall quadratically, so a few steps do in any precision of `m`.
     while 1 + k * k != 1:
         # The difference may cancel where kc is near 1; but only 1 + lower counts then.

@@ -61,7 +61,7 @@ def period(p: Angles, h0: Scalar, m: Elementary) -> Any:
 
     ValueError is raised where h0 > mu is broken.
     """
-    return 2 * jacobi.K(*modulus(h0, p.mu, m), m) / rate(p, h0, m)
+    return 2 * jacobi.K(complement(h0, p.mu, m), m) / rate(p, h0, m)
 
 
 def rate(p: Angles, h0: Scalar, m: Elementary) -> Any:
@@ -78,20 +78,20 @@ def side_of(family: int) -> int:
 
 def swing(u: Scalar, h0: Scalar, mu: Scalar, m: Elementary) -> tuple[Any, Any, Any]:
     """Sine and cosine of the phase, and its speed: 2 sn^2 - 1, 2 sn cn and dn of u."""
-    sn, cn, dn = jacobi.sncndn(u, *modulus(h0, mu, m), m)
+    sn, cn, dn = jacobi.sncndn(u, complement(h0, mu, m), m)
     # A product of sum and difference keeps the sine near its zeros.
     return (sn - cn) * (sn + cn), 2 * sn * cn, dn
 
 
-def modulus(h0: Scalar, mu: Scalar, m: Elementary) -> tuple[Any, Any]:
-    """Modulus k and its complement k' = sqrt(1 - k^2), each to its last digit.
+def complement(h0: Scalar, mu: Scalar, m: Elementary) -> Any:
+    """Complement k' = sqrt(1 - k^2) of the modulus, where k^2 = 2 mu/(h0 + mu), to its last digit.
 
     ValueError is raised where h0 > mu is broken.
     """
     if not h0 > mu:
         raise ValueError(f"h0 > mu is broken: h0 = {h0}, mu = {mu}; the pendulum does not turn")
-    # k' comes from h0 - mu: formed as sqrt(1 - k^2) it would be lost where h0 is near mu.
-    return m.sqrt(2 * mu / (h0 + mu)), m.sqrt((h0 - mu) / (h0 + mu))
+    # Formed as sqrt(1 - k^2) it would be lost where h0 is near mu.
+    return m.sqrt((h0 - mu) / (h0 + mu))
 
 
 def riccati_coefficients(

@@ -102,13 +102,13 @@ Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
 """Division of columns into pieces, with what the work decides of each; see :func:`decide`."""
 
 
-def agreement(a: Crossings, b: Crossings, rate: float, limit: Any) -> NDArray[np.bool_]:
+def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
     """Mask (n_crossings - 1, n) of the symbols that two computations establish.
 
     Symbol i is certain if, at every crossing up to i + 1, the one behind it, both computations find
     the same separatrix and times t' that differ by at most ``limit / rate``: the limit in radians,
-    one for all orbits or one for each, (n,), and the rate in radians per unit of t'. An orbit that
-    both find on an invariant plane is certain to have no further symbol.
+    the rate in radians per unit of t'. An orbit that both find on an invariant plane is certain to
+    have no further symbol.
     """
     # A missing crossing has the time NaN, and no comparison with NaN holds.
     with np.errstate(invalid="ignore"):
@@ -125,13 +125,9 @@ def agreement(a: Crossings, b: Crossings, rate: float, limit: Any) -> NDArray[np
     return same[1:]
 
 
-def kept_bits(bits: Any) -> Any:
-    """The bits that computations in `bits` bits keep: of pairs of doubles at most `KEPT_IN_PAIRS`.
-
-    They are signed integers, so that differences may be negative.
-    """
-    bits = np.asarray(bits, dtype=int)
-    return np.where(bits <= PAIRS, np.minimum(bits, KEPT_IN_PAIRS), bits)[()]
+def kept_bits(bits: int) -> int:
+    """Bits that computations in `bits` bits keep: of pairs of doubles at most `KEPT_IN_PAIRS`."""
+    return min(bits, KEPT_IN_PAIRS) if bits <= PAIRS else bits
 
 
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
@@ -227,9 +223,10 @@ def _further(
         # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
         if scales == FIRST_SCALES:
-            more = kept_bits(bits) - kept_bits(known.bits[open_])
-            limits = LIMIT_OF_UNEQUAL * np.exp2(np.minimum(0, more - GAP_BITS))
-            certain = agreement(before, sharper, rate, limits)
+            # All that are open have the last result of the same precision.
+            more = kept_bits(bits) - kept_bits(int(known.bits[open_].max()))
+            limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
+            certain = agreement(before, sharper, rate, limit)
         else:
             third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
             certain = _established(before, sharper, rate, third, columns[open_])

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
 
@@ -32,6 +33,13 @@ def test_orbits_close(data: Any) -> None:
     assert verified.sum() == 4
     assert (orbits["closing"][verified] < orbits["closing_expected"][verified]).all()
     assert orbits["alone"].max() < 1e-11
+
+
+def test_an_orbit_that_integration_leaves_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    once = np.array([True, False]), np.zeros(2)
+    monkeypatch.setattr(closed_orbits, "passages", lambda _: once)
+    with pytest.raises(ArithmeticError, match="integration leaves the orbit of"):
+        computed(asked("closed_orbits", *SMALL))
 
 
 def test_averages_agree_with_the_long_orbit(data: Any) -> None:

@@ -97,6 +97,13 @@ def test_a_text_that_changed_and_another_shape_are_found() -> None:
     assert differences(LAYOUT, tree(), fresh) == ["b: shape (2,) stored, (1,) computed"]
 
 
+def test_a_fresh_result_widens_no_bound_by_another_field() -> None:
+    fresh = tree() | {"scale": np.array(100.0)}
+    fresh["a"]["f"][0] = 2.25
+    places = [found.place for found in differences(LAYOUT, tree(), fresh)]
+    assert places == ["a/f[0]", "scale"]
+
+
 def test_the_worst_difference_is_that_furthest_beyond_its_bound() -> None:
     fresh = tree()
     fresh["a"]["r"] += [0.3, 0.9]

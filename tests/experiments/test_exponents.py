@@ -10,6 +10,7 @@ from rigidpend.experiments import compare
 from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.levels import orbits_of
@@ -84,9 +85,18 @@ def test_without_an_established_code_a_cell_stays_blank(
     data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(exponents, "cells_of_starts", doubted)
+    monkeypatch.setattr(exponents, "integrated", lambda found: found.growth[-1] + 1)
+    # The last cell is a tile of its own.
+    monkeypatch.setattr(exponents, "TILE", 23)
     other = computed(asked("exponents", *SMALL))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])
+    shares = np.nanquantile(other["exponent"], other["growth"]["share"])
+    np.testing.assert_allclose(other["growth"]["exponent"][:, -1], shares, rtol=1e-12)
+    # The seventh is one of those that are checked.
+    checked, gap = other["checked"], np.array([0, np.nan, 0, 0, 0])
+    np.testing.assert_allclose(checked["difference"], 1 + gap, rtol=1e-12)
+    np.testing.assert_allclose(checked["growth"], data["checked"]["growth"] + gap, rtol=1e-12)
 
 
 def test_the_page_says_by_how_much_passages_multiply() -> None:
@@ -95,3 +105,8 @@ def test_the_page_says_by_how_much_passages_multiply() -> None:
     first, second, third = np.exp(np.diff(growth["exponent"][2] * growth["passages"], prepend=0))
     numbers = f"by {first / 1000:.0f},000, the second by {second:.1f} and the third by {third:.1f}"
     assert numbers in page
+
+
+def test_a_plane_that_reaches_beyond_the_section_is_refused() -> None:
+    with pytest.raises(MapError, match="is above J2_0/2"):
+        computed(asked("exponents", *SMALL, "problem.log10_J1_0.ends=[-0.4,-0.09]"))

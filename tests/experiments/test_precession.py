@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.precession.compute import in_order
+from rigidpend.experiments.precession.compute import in_order, uncertainty
 from rigidpend.experiments.precession.draw import draw, tables
+from rigidpend.surfaces.heteroclinic import Increments
 from tests.experiments.trees import asked, computed, unlike_stored
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
@@ -40,6 +41,11 @@ def test_a_body_without_such_orbits_is_named() -> None:
     config = asked("precession", "problem.bodies={x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}}", *HEAVY)
     with pytest.raises(ArithmeticError, match=r"body x, mu = 0\.6: no orbit of S1- was found .*;"):
         computed(config, [])
+
+
+def test_the_largest_error_of_the_quadrature_counts() -> None:
+    found = Increments(np.zeros((2, 4)), np.arange(8.0).reshape(2, 4))
+    assert 7 < uncertainty(found, 1.0) < 7 + 1e-9
 
 
 STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))

@@ -207,9 +207,11 @@ def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyP
     cells = Mock(wraps=cells_of_starts)
     monkeypatch.setattr(route_map, "cells_of_starts", cells)
     computed(content(ONE_ZOOM))
+    computed(content(ONE_ZOOM.replace("-8.4", "-10")))
     asked = [(common["ends"], common["orbits"]) for _, common in cells.call_args_list]
-    # Twice 20 cells, from the lowest row of the plane to its highest.
-    assert asked == [(pytest.approx((10**-9.375, 10**-5.625)), 40)] * 2
+    # Twice 20 cells, from the lowest row of the plane to its highest, or from a zoom's to that.
+    ends = (10**-9.375, 10**-5.625), (10**-9.7, 10**-5.625)
+    assert asked == [(pytest.approx(x), 40) for x in ends for _ in range(2)]
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,7 @@ def test_the_symbol_changes_in_the_middle_of_every_level_inside_the_one_before(
     levels = list(tree["levels"].values())
     steps = [level["step"] for level in levels]
     assert np.allclose(np.divide(steps[:-1], steps[1:]), 9.220614316804648, rtol=1e-12)
+    assert tree["repeats_after"] == pytest.approx(9.2206, rel=1e-3)
     for level in levels:
         assert np.flatnonzero(np.diff(level["codes"][0])).tolist() == [2]
     centres = [Fraction(level["centre"]) for level in levels]
@@ -89,6 +90,9 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
         assert level["offset"].tolist() == [float(phase - centre) for phase in stored]
     orbits = route_zoom.orbits(content, lambda: found)
     assert [phase.text for phase in orbits["level09"][1]] == level["theta2_0"]
+    seen.certain[0, 1] = False
+    with pytest.raises(NoChange, match="symbol 1 is not certain beside"):
+        route_zoom.compute(content, Means(resolve(DEFAULT_ENGINE)))
 
 
 def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given: Any) -> None:

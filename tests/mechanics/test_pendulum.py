@@ -87,7 +87,7 @@ TURNS = r"h0 > mu is broken: h0 = .*, mu = 0\.5"
     ("function", "given", "said"),
     [
         *((pendulum.period, (P, h0), TURNS) for h0 in (0.5, 0.4999, 0.0, -1.0, math.nan)),
-        (pendulum.modulus, (0.5, P.mu), TURNS),
+        (pendulum.complement, (0.5, P.mu), TURNS),
         (pendulum.canonical_motion, (0.0, P, 1.0, 3), "a family is 1"),
         (pendulum.body_motion, (0.0, 2, 1.5, (1, 0, 0), 1.0, 0.5), "a sign is 1 or -1"),
         (periodic_solution, (0.0, P, 1.2, 1, 0), "epsilon is 1 or -1"),

@@ -8,7 +8,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from rigidpend import Body, route_codes
+from rigidpend import route_codes
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import choice, costs
@@ -24,6 +24,7 @@ STARTS = np.array([1e-9, 1e-7, 1e-5])
 THETA2, J1_0 = np.random.default_rng(4).uniform(0, 6.28, 60), np.tile(STARTS, 20)
 DOUBLES = resolve(None, None, (53,))
 MU, H0 = np.array([1e-3, 2e-3, 1e-3, 2e-3, 1e-3]), np.array([1.1, 1.2, 1.9, 1.3, 1.4])
+ALPHA0 = np.array([1.9, 1.9, 1.5, 1.9, 1.9])
 FEW = np.array([0.3, 1.2, 2.2, 3.1, 5.0])
 
 
@@ -55,6 +56,11 @@ def test_orbits_without_actions_have_that_of_the_problem(monkeypatch: pytest.Mon
     alone = route_codes(FIG4, FEW, h0="1.3342", J1_0="1e-8", n_symbols=N)
     assert (found.certain == N).all()
     assert (alone.codes == found.codes).all()
+    # In any order of the actions the largest is the problem's, and the least waits longest.
+    cells_of_starts(PROBLEM, FEW[:3], STARTS[[1, 2, 0]], DOUBLES)
+    run = decided.call_args.args[0]
+    ends = run.problem.J1_0, run.starts.least_problem.J1_0
+    assert [float(x) for x in ends] == [STARTS[2], STARTS[0]]
 
 
 def test_a_piece_has_as_many_passages_as_memory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,12 +79,13 @@ def test_mixed_orbits_have_their_own_codes(jobs: int, monkeypatch: pytest.Monkey
         return [work(part, *given) for part in pickle.loads(pickle.dumps(parts))]
 
     monkeypatch.setattr("rigidpend.routes.cells.side_by_side", sent)
-    found = cells_of_each(PROBLEM, {"mu": MU, "h0": H0}, FEW, DOUBLES, jobs)
+    values = {"mu": MU, "h0": H0, "alpha0": ALPHA0}
+    found = cells_of_each(PROBLEM, values, FEW, DOUBLES, jobs)
     assert (found.certain == N).all()
     assert not found.by_map.any()
-    for k, (mu, h0) in enumerate(zip(MU.tolist(), H0.tolist(), strict=True)):
-        body = Body((2, 1, "1.5"), (1, 1, 0), mu)
-        alone = route_codes(body, [FEW[k]], h0=h0, J1_0="1e-8", n_symbols=N)
+    for k, h0 in enumerate(H0.tolist()):
+        one = cell_problem(PROBLEM, {name: float(x[k]) for name, x in values.items()})
+        alone = route_codes(one.body, [FEW[k]], h0=h0, J1_0="1e-8", n_symbols=N)
         assert (alone.codes[:, 0] == found.codes[:, k]).all()
 
 

@@ -243,7 +243,7 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
     """Crossings of orbits that are all alike."""
     n = len(columns)
     return Crossings(
-        np.ones((2, n)), np.full((2, n), 2, dtype=np.uint8), np.full(n, Outcome.COMPLETE)
+        np.ones((3, n)), np.full((3, n), 2, dtype=np.uint8), np.full(n, Outcome.COMPLETE)
     )
 
 
@@ -260,9 +260,10 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
 )
 def test_what_is_certain_of_a_sample_is_contradicted(n: int, size: int, sample: list[int]) -> None:
     seen = whole(53, Scales(), range(n))
-    seen.separatrix[1] = 1
+    # The second of two symbols is another one.
+    seen.separatrix[2] = 1
     for sure, wrong in ((True, sample), (False, [])):
-        known = certainty.Decided(seen, np.full((1, n), sure), np.full(n, 53, dtype=np.uint16))
+        known = certainty.Decided(seen, np.full((2, n), sure), np.full(n, 53, dtype=np.uint16))
         assert choice.contradicted(known, whole, 1.0, (53,), size).tolist() == wrong
 
 

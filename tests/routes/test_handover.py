@@ -222,7 +222,7 @@ def test_an_orbit_that_is_not_where_it_is_known_to_cross_is_integrated_to_its_en
     assert asked == ([(88, certainty.FIRST_SCALES, some.tolist())] if whole else [])
 
 
-@pytest.mark.parametrize(("share", "whole"), [(0.99, False), (1.01, True)])
+@pytest.mark.parametrize(("share", "whole"), [(0.99, False), (1.01, True), (-1.01, True)])
 def test_the_orbit_that_is_left_beside_the_section_is_integrated_to_its_end(
     maps: Maps,
     known: Decided,

@@ -10,10 +10,11 @@ import pytest
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.kernel.taylor_step import order_of
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
-from rigidpend.routes.run import Run, Starts, abreast
+from rigidpend.routes.run import Run, Starts, abreast, tolerance_of
 from rigidpend.routes.start import Scales
 from tests.bodies import problem
 
@@ -54,6 +55,14 @@ def test_rungs_stand_between_precisions_and_far_from_all(
 
 def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
     assert run(53, 106, 160, engine="scipy").beyond(53) == (106, 160)
+
+
+@pytest.mark.parametrize("bits", [53, 88, 106])
+def test_computations_that_confirm_have_series_of_another_order(bits: int) -> None:
+    """Those of one order would err alike."""
+    tolerances = (tolerance_of(run(53, 106).arithmetic, bits, scales) for scales in EVERY)
+    first, *others = (order_of(x * 2.0 ** (53 - bits)) for x in tolerances)
+    assert min(others) > first
 
 
 def test_a_rung_is_computed_once_and_decides(integrations: list[dict[str, Any]]) -> None:

@@ -96,10 +96,13 @@ def test_a_certificate_of_other_phases_is_made_anew(
     config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
     of = certificates.orbits(config, tmp_path)
     moved = {name: (problem, [x + 1 for x in phases]) for name, (problem, phases) in of.items()}
-    monkeypatch.setattr(certificates, "orbits", lambda *_: moved)
-    monkeypatch.setattr(certificates, "Parts", Mock(side_effect=Proving))
-    with pytest.raises(Proving):
-        certificates.certify(config, tmp_path, jobs=1, report=tell_nobody)
+    monkeypatch.setattr(certificates, "Parts", parts := Mock(side_effect=Proving))
+    for routes, force in ((moved, False), (of, True)):
+        monkeypatch.setattr(certificates, "orbits", lambda *_, routes=routes: routes)
+        with pytest.raises(Proving):
+            certificates.certify(config, tmp_path, jobs=1, report=tell_nobody, force=force)
+    one, other = (call.args[1] for call in parts.call_args_list)
+    assert one != other, "nor do parts of an interrupted run count"
 
 
 def test_steps_survive_packing() -> None:
@@ -161,6 +164,7 @@ def test_symbols_are_marked_and_held_against_their_own_proof_alone(folder: Path)
     proven, unknown = certificate["data"]["only"], {"codes": codes * 0 + 255}
     nothing = {**certificate, "data": {"only": {**proven, **unknown}}}
     assert told({**only, **unknown}, nothing) == ([[False, False], [False, False]], [])
+    assert told(only, nothing) == ([[False, False], [False, False]], [])
     # A single route, and a level of a zoom, which is told by its centre to the last digit.
     single = {"codes": proven["codes"][:, :1], "theta2_0": proven["theta2_0"][:1]}
     one = {**certificate, "data": {"only": single}}

@@ -17,7 +17,7 @@ from rigidpend.experiments.shared import TIME_GAP, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem, phase_rate
-from rigidpend.runs import loading, regression
+from rigidpend.runs import certificate_files, loading, regression
 from tests.cli.calls import Done, call
 from tests.config.samples import changed
 
@@ -146,6 +146,17 @@ def test_a_difference_is_told_with_both_values_and_what_is_allowed(desk: Path) -
     assert float(found["stored"]) == right + 1e-6
     assert found["allowed"] == crossing_tolerance(4)[2]
     assert found["said"].endswith(f"(may differ by {found['allowed']:.2g})")
+
+
+def test_the_certificate_is_that_beside_the_result_that_is_read(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(certificate_files, "beside", beside := Mock(return_value=None))
+    monkeypatch.setattr(regression, "verify", Mock(return_value=[]))
+    for given in (READ, READ[:1]):
+        assert called(*given).returncode == 0
+    asked = [str(call.args[0]) for call in beside.call_args_list]
+    assert asked == ["results/small.h5", "results/reference/small.h5"]
 
 
 def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(desk: Path) -> None:

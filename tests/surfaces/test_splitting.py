@@ -1,6 +1,7 @@
 """The splitting: against real backward integration, in several precisions; orbits of S1-."""
 
 import math
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.heteroclinic import phase_at_start
-from rigidpend.surfaces.splitting import MOST_HARMONICS, distance, harmonics, measure
+from rigidpend.surfaces.splitting import MOST_HARMONICS, derivative, distance, harmonics, measure
 from rigidpend.surfaces.surface_orbits import (
     Points,
     coefficients,
@@ -52,6 +53,8 @@ def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
     assert len(found) == 15
     # F(g) - F(pi - g) doubles what is odd about pi/2 and drops the rest.
     assert found[:4] == pytest.approx([10, 4, -8, 0], abs=1e-9)
+    # Weights of either sign cancel, in more bits than the numbers have.
+    assert max(map(abs, derivative(a.array([M.mpf(1)] * n), a))) < 1e-25
 
 
 @pytest.mark.parametrize(("turning", "known"), [(0.95, True), (1.05, False)])
@@ -135,6 +138,22 @@ def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
     found = measure(light, H0, LIGHT, both)
     assert (found.resolved, found.bits) == (True, 113)
     assert measure(FIG4, H0, ALLOWED, both).bits == 53
+
+
+@pytest.mark.parametrize(
+    ("apart", "beyond", "error"),
+    [(0, (0, 0), 2.0**-51), (1e-3, (0, 0), 4e-3), (0, (2, 3), 3), (0, (3, 2), 3)],
+)
+def test_the_error_told_is_four_times_what_two_computations_differ_by_or_what_is_left_out(
+    apart: float, beyond: tuple[float, float], error: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The numbers themselves are rounded to 53 bits."""
+    unit = splitting.amplitude(surface(FIG4, H0, 53))
+    both = [([unit, k * apart * unit], left * unit) for k, left in enumerate(beyond)]
+    monkeypatch.setattr(splitting, "meet", Mock())
+    monkeypatch.setattr(splitting, "harmonics", Mock(side_effect=both))
+    found = measure(FIG4, H0, 9.0, IN_DOUBLES)
+    assert found.error == pytest.approx(error, rel=1e-9, abs=0)
 
 
 def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:

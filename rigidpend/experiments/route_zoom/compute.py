@@ -39,9 +39,10 @@ def compute(config: Config, means: Means) -> Tree:
     problem, steps = config.problem, _steps(config.problem)
     finest = float(steps[-1])
     found = means.part("centres", partial(_centres, problem, steps, means))
-    *brackets, last = [Bracket(*map(exact, each.values())) for each in found.values()]
+    brackets = [Bracket(*map(exact, each.values())) for each in found.values()]
     # One reference orbit serves all levels: the one closest to the change, near all columns.
-    around = Neighbourhood(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
+    centre = brackets[-1].between(1, 2)
+    around = Neighbourhood(problem.routes, centre, finest, means.arithmetic, means.jobs)
     groups: dict[str, Tree] = {}
     levels = zip(_names(problem), brackets, steps, strict=True)
     for level, (name, bracket, step) in enumerate(levels, 1):
@@ -80,7 +81,7 @@ def _steps(problem: Problem) -> list[Exact]:
 
 
 def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
-    """Find the brackets of all levels, and a last one, as exact texts."""
+    """Find the brackets of all levels, as exact texts."""
     # The search needs no symbols after the one that changes.
     short = dataclasses.replace(problem.routes, n_symbols=problem.symbol)
     path = narrowed(
@@ -90,11 +91,11 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
         means.arithmetic,
         lambda width: means.report(f"the change is known to {width:.0e} rad"),
     )
-    # For each level the first bracket that is narrow enough; the narrowest one is kept besides.
+    # For each level the first bracket that is narrow enough.
     chosen = [next(b for b in path if b.width <= float(step) * FINER) for step in steps]
     return {
         f"bracket{k:02d}": {name: end.text for name, end in b._asdict().items()}
-        for k, b in enumerate([*chosen, path[-1]])
+        for k, b in enumerate(chosen)
     }
 
 

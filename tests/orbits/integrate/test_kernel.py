@@ -1,5 +1,6 @@
 """The kernel: its arithmetic, and the machine code on disk; and the integers that check it."""
 
+import math
 import platform
 from fractions import Fraction
 from itertools import islice
@@ -9,9 +10,10 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 
 from rigidpend.machine.workers import side_by_side
-from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import bigint, in_unit
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
@@ -29,10 +31,12 @@ C = AlignedCoefficients(
 STATE = [Fraction(x) for x in ("0.7", "-0.4", "0.2", "0.36", "0.48", "0.8")]
 
 
-def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fraction, Any]:
+def stepped(
+    bits: int, order: int, steps_taken: int, begun: list[Fraction] = STATE
+) -> tuple[list[Fraction], Fraction, Any]:
     """State and time after some steps of one orbit, and the notes."""
     parts = KINDS[bits].parts
-    state = np.repeat(in_parts(STATE, bits).reshape(6 * parts, 1), LANES, axis=1)
+    state = np.repeat(in_parts(begun, bits).reshape(6 * parts, 1), LANES, axis=1)
     time = np.zeros((2, LANES))
     parameters = in_parts(C, bits)
     notes = np.zeros(LANES * steps_taken, note(order, bits))
@@ -57,6 +61,28 @@ def test_steps_err_by_rounding_alone(bits: int, finest: float) -> None:
     assert 2 < time < 20
     # Eight steps, each of which rounds and lets earlier errors grow a little.
     assert off(end, time, bits + 60) < 8 * Fraction(finest)
+
+
+@pytest.mark.parametrize("bits", [53, 159])
+@pytest.mark.parametrize(("M", "order"), [("1/2", 20), (4, 20), (4, 21)])
+def test_a_step_is_the_share_of_the_radius_of_convergence_that_an_order_serves_best(
+    M: Any, order: int, bits: int
+) -> None:
+    """By the last two coefficients, relative to the state where that is above one."""
+    assert [taylor_step.order_of(math.exp(-x)) for x in (37.9, 38.1)] == [20, 21]
+    begun = [x * Fraction(M) for x in STATE[:3]] + STATE[3:]
+    series, c = [Polynomial([float(x)]) for x in begun], AlignedCoefficients(*map(float, C))
+    for _ in range(order):
+        rates = aligned(series, c)
+        series = [
+            (x.coef[0] + rate.integ()).cutdeg(order) for x, rate in zip(series, rates, strict=True)
+        ]
+    norms = np.abs([x.coef for x in series]).max(axis=0)
+    radius = min((max(norms[0], 1) / norms[m]) ** (1 / m) for m in (order - 1, order))
+    _, length, _ = stepped(bits, order, 1, begun)
+    assert float(length) == pytest.approx(radius * math.exp(-2 - 0.7 / (order - 1)), rel=3e-4)
+    if bits > 106:
+        assert (math.frexp(length)[0] * 2**21).is_integer(), "sums of steps are exact"
 
 
 def every_operation(state: Any) -> list[Any]:

@@ -148,6 +148,10 @@ def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
     assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
 
 
+def test_the_largest_error_is_that_of_exponents_of_charts_or_of_their_inverse() -> None:
+    assert [Errors(*row).largest for row in np.eye(7)] == [1, 0, 1, 1, 0, 0, 0]
+
+
 @pytest.mark.parametrize("name", Orders._fields)
 def test_a_map_of_larger_orders_costs_more(rough: Rough, name: str) -> None:
     """And not more than the largest power of them in the number of operations."""
