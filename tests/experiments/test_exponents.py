@@ -67,6 +67,16 @@ def test_deviations_that_grow_beyond_all_digits_of_a_double_are_checked_too() ->
     assert (np.abs(checked["difference"]) < np.minimum(4, checked["allowed"])).all()
 
 
+def test_the_variational_equations_err_by_a_small_part_of_their_bound() -> None:
+    """Two passages of the body of Fig. 5 multiply deviations by e^18."""
+    body = ["problem.A=[2,1.5,1.8]", "problem.r=[0,1,0]", "problem.mu=0.01", "problem.h0=10/9"]
+    ends = ["problem.theta2_0.ends=[0.9,2]", "problem.log10_J1_0.ends=[-10,-8]"]
+    more = ["problem.checked=24", "problem.n_symbols=2"]
+    checked = computed(asked("exponents", *SMALL, *body, *ends, *more))["checked"]
+    assert np.nanmax(checked["growth"]) > 16
+    assert np.nanmax(np.abs(checked["difference"]) / checked["allowed"]) < 0.05
+
+
 def test_quantiles_are_those_of_the_cells(data: Any) -> None:
     exponent = data["exponent"]
     known = exponent[np.isfinite(exponent)]
