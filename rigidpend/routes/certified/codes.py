@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 import os
+import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,6 +47,12 @@ LONG_WORK = 2**24
 """Work that a line announces before it begins: half a minute or more."""
 LINE_SECONDS = 5.0
 """Seconds from one line to the next."""
+
+THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
+"""Variables that give libraries of linear algebra their number of threads."""
+_changing = threading.Lock()
+_found: list[dict[str, str]] = []
+"""The values of these variables that those within `_one_thread_each` found, the first one first."""
 
 Report = Callable[[str], None]
 
@@ -165,16 +173,30 @@ def _proofs(
     report: Report | None = None,
 ) -> list[Proof]:
     """Proofs of orbits, in their order, by processes of one thread each: matrices are small."""
-    # A process reads these variables where it loads its linear algebra, so they are set before.
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-    before = dict(os.environ)
-    os.environ.update(dict.fromkeys(names, "1"))
-    try:
+    with _one_thread_each():
         return side_by_side(work, of, True, orbits, jobs, report)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let processes that begin within have one thread for linear algebra, and this one as before.
+
+    A process reads the variables where it loads its linear algebra, so they are set before. Several
+    threads may be within, as in a worker of a cluster: what the first one found is restored by the
+    last.
+    """
+    with _changing:
+        _found.append({name: os.environ[name] for name in THREADS if name in os.environ})
+        os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
     finally:
-        for name in names:
-            del os.environ[name]
-        os.environ.update({name: before[name] for name in names if name in before})
+        with _changing:
+            before = _found.pop()
+            if not _found:
+                for name in THREADS:
+                    del os.environ[name]
+                os.environ.update(before)
 
 
 def _orbit(

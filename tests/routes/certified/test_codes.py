@@ -1,6 +1,9 @@
 """Certified codes: against 113 bits, of configs, and where none is proven."""
 
+import os
 import random
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +105,35 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
 def test_no_orbits_are_no_trouble() -> None:
     found = certify_codes(BODY, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert (found.codes.shape, found.status) == ((2, 0), [])
+
+
+def test_of_proofs_in_two_threads_the_last_restores_the_environment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As in a worker of a cluster that has several threads: the first to begin ends first."""
+    given, absent, other = codes.THREADS
+    monkeypatch.setenv(given, "3")
+    monkeypatch.setenv(other, "2")
+    monkeypatch.delenv(absent, raising=False)
+    began, ended, turn = [threading.Event(), threading.Event()], threading.Event(), iter((0, 1))
+
+    def proofs(*_: Any) -> list[Any]:
+        k = next(turn)
+        began[k].set()
+        assert (ended if k else began[1]).wait(60)
+        assert [os.environ.get(name) for name in codes.THREADS] == ["1", "1", "1"]
+        return []
+
+    monkeypatch.setattr(codes, "side_by_side", proofs)
+    with ThreadPoolExecutor(2) as pool:
+        asked = codes.checked_codes, problem(), [], [], 1
+        first = pool.submit(*asked)
+        assert began[0].wait(60)
+        second = pool.submit(*asked)
+        first.result()
+        ended.set()
+        second.result()
+    assert [os.environ.get(name) for name in codes.THREADS] == ["3", None, "2"]
 
 
 # ---- The orbits of the shipped configs.
