@@ -192,11 +192,12 @@ def _one_thread_each() -> Iterator[None]:
         yield
     finally:
         with _changing:
+            # Whoever ends takes the record of the last that began: as long as others are within,
+            # that has the values set here.
             before = _found.pop()
-            if not _found:
-                for name in THREADS:
-                    del os.environ[name]
-                os.environ.update(before)
+            for name in THREADS:
+                del os.environ[name]
+            os.environ.update(before)
 
 
 def _orbit(
