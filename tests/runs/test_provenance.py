@@ -144,10 +144,10 @@ def test_two_threads_never_parse_code_at_the_same_time(
         finally:
             busy.release()
 
-    monkeypatch.setattr(ast, "parse", alone)
     places = [f"made_{k}.py" for k in range(8)]
     edited.update({place: f"x = {place!r}".encode() for place in places})
-    with ThreadPoolExecutor(2) as pool:
+    with monkeypatch.context() as patch, ThreadPoolExecutor(2) as pool:
+        patch.setattr(ast, "parse", alone)
         found = list(pool.map(lambda place: code_hash.needed([code_hash.inside(place)]), places))
     assert all(place in needed for place, needed in zip(places, found, strict=True))
 
