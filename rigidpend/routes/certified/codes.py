@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +25,7 @@ from rigidpend.numbers.expressions import NO_SYMBOL, words
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
+from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.checker import Outgrown, Undecided
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step
@@ -50,9 +49,6 @@ LINE_SECONDS = 5.0
 
 THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
 """Variables that give libraries of linear algebra their number of threads."""
-_changing = threading.Lock()
-_found: list[dict[str, str]] = []
-"""The values of these variables that those within `_one_thread_each` found, the first one first."""
 
 Report = Callable[[str], None]
 
@@ -145,6 +141,7 @@ def certify_codes(
     return proven_codes(RouteProblem(body, h0, J1_0, n_symbols), theta2_0, bits, jobs, report)
 
 
+@alone
 def proven_codes(
     problem: RouteProblem, theta2_0: Any, bits: int | None, jobs: int, report: Report
 ) -> CertifiedCodes:
@@ -156,6 +153,7 @@ def proven_codes(
     return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))
 
 
+@alone
 def checked_codes(
     problem: RouteProblem, phases: Sequence[Exact], steps: Sequence[Sequence[Step]], jobs: int
 ) -> CertifiedCodes:
@@ -173,31 +171,15 @@ def _proofs(
     report: Report | None = None,
 ) -> list[Proof]:
     """Proofs of orbits, in their order, by processes of one thread each: matrices are small."""
-    with _one_thread_each():
-        return side_by_side(work, of, True, orbits, jobs, report)
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let processes that begin within have one thread for linear algebra, and this one as before.
-
-    A process reads the variables where it loads its linear algebra, so they are set before. Several
-    threads may be within, as in a worker of a cluster: what the first one found is restored by the
-    last.
-    """
-    with _changing:
-        _found.append({name: os.environ[name] for name in THREADS if name in os.environ})
-        os.environ.update(dict.fromkeys(THREADS, "1"))
+    # A process reads these variables where it loads its linear algebra, so they are set before.
+    before = dict(os.environ)
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
-        yield
+        return side_by_side(work, of, True, orbits, jobs, report)
     finally:
-        with _changing:
-            # Whoever ends takes the record of the last that began: as long as others are within,
-            # that has the values set here.
-            before = _found.pop()
-            for name in THREADS:
-                del os.environ[name]
-            os.environ.update(before)
+        for name in THREADS:
+            del os.environ[name]
+        os.environ.update({name: before[name] for name in THREADS if name in before})
 
 
 def _orbit(

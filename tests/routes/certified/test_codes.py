@@ -2,8 +2,7 @@
 
 import os
 import random
-import threading
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +11,11 @@ import pytest
 
 from rigidpend import Body, certify_codes, route_codes
 from rigidpend.config import catalogue
+from rigidpend.experiments.full_shift import compute as full_shift
+from rigidpend.experiments.route_intervals import compute as route_intervals
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
-from rigidpend.routes.certified import codes
+from rigidpend.routes.certified import balls, codes
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4 as BODY
 from tests.bodies import problem
@@ -107,32 +108,27 @@ def test_no_orbits_are_no_trouble() -> None:
     assert (found.codes.shape, found.status) == ((2, 0), [])
 
 
-def test_of_proofs_in_two_threads_the_last_restores_the_environment(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """As in a worker of a cluster that has several threads: the first to begin ends first."""
+@pytest.mark.parametrize(
+    "prove", [codes.proven_codes, codes.checked_codes, full_shift.compute, route_intervals.compute]
+)
+def test_one_thread_at_a_time_proves(prove: Any) -> None:
+    """As in a worker of a cluster that has several: they share the precision of Arb."""
+    nothing = [None] * (
+        5 if prove is codes.proven_codes else 4 if prove is codes.checked_codes else 2
+    )
+    with ThreadPoolExecutor(1) as pool:
+        with balls.one_at_a_time:
+            waiting = pool.submit(prove, *nothing)
+            assert wait([waiting], 0.2).not_done
+        assert waiting.exception(60) is not None
+
+
+def test_proofs_leave_the_environment_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     given, absent, other = codes.THREADS
     monkeypatch.setenv(given, "3")
     monkeypatch.setenv(other, "2")
     monkeypatch.delenv(absent, raising=False)
-    began, ended, turn = [threading.Event(), threading.Event()], threading.Event(), iter((0, 1))
-
-    def proofs(*_: Any) -> list[Any]:
-        k = next(turn)
-        began[k].set()
-        assert (ended if k else began[1]).wait(60)
-        assert [os.environ.get(name) for name in codes.THREADS] == ["1", "1", "1"]
-        return []
-
-    monkeypatch.setattr(codes, "side_by_side", proofs)
-    with ThreadPoolExecutor(2) as pool:
-        asked = codes.checked_codes, problem(), [], [], 1
-        first = pool.submit(*asked)
-        assert began[0].wait(60)
-        second = pool.submit(*asked)
-        first.result()
-        ended.set()
-        second.result()
+    codes.checked_codes(problem(), [], [], 1)
     assert [os.environ.get(name) for name in codes.THREADS] == ["3", None, "2"]
 
 
