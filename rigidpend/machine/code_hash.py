@@ -10,6 +10,7 @@ import functools
 import hashlib
 import json
 import os
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +20,8 @@ from rigidpend.machine import cache
 PACKAGE = Path(__file__).resolve().parents[1]
 MOST_BYTES = 100_000
 """Bytes of all hashes in the cache, of which each takes some 300."""
+_parsing = threading.Lock()
+"""Held while source is parsed: Python 3.11 fails, with a SystemError, where two threads do so."""
 
 
 def inside(*place: str) -> Path:
@@ -83,7 +86,9 @@ def sources(package: str) -> Sources:
 @functools.cache
 def _read(source: bytes) -> tuple[str, list[str]]:
     """Digest of the running code of a file, and the names that it imports."""
-    tree = _Running().visit(ast.parse(source))
+    with _parsing:
+        parsed = ast.parse(source)
+    tree = _Running().visit(parsed)
     names: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:

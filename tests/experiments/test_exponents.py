@@ -57,6 +57,27 @@ def test_cells_that_are_checked_agree_with_the_variational_equations(data: Any) 
     np.testing.assert_allclose(data["exponent"][at], checked["growth"][known] / 3, rtol=1e-12)
 
 
+def test_deviations_that_grow_beyond_all_digits_of_a_double_are_checked_too() -> None:
+    """Three passages of a nearly symmetric body multiply them by up to e^31 in these cells."""
+    body = ["problem.A=[1.6,1.42,1.5]", "problem.r=[0.3,0.7,0]", "problem.mu=0.004"]
+    ends = ["problem.h0=1.1", "problem.theta2_0.ends=[0.2,6.2]", "problem.log10_J1_0.ends=[-9,-6]"]
+    data = computed(asked("exponents", *SMALL, *body, *ends, "numerics.precisions=[53,106,160]"))
+    checked = data["checked"]
+    assert checked["growth"].max() > 31
+    # Roundings have grown to radians, and with them the bounds: a lost orbit would be off by more.
+    assert (np.abs(checked["difference"]) < np.minimum(4, checked["allowed"])).all()
+
+
+def test_the_variational_equations_err_by_a_small_part_of_their_bound() -> None:
+    """Two passages of the body of Fig. 5 multiply deviations by e^18."""
+    body = ["problem.A=[2,1.5,1.8]", "problem.r=[0,1,0]", "problem.mu=0.01", "problem.h0=10/9"]
+    ends = ["problem.theta2_0.ends=[0.9,2]", "problem.log10_J1_0.ends=[-10,-8]"]
+    more = ["problem.checked=24", "problem.n_symbols=2"]
+    checked = computed(asked("exponents", *SMALL, *body, *ends, *more))["checked"]
+    assert np.nanmax(checked["growth"]) > 16
+    assert np.nanmax(np.abs(checked["difference"]) / checked["allowed"]) < 0.05
+
+
 def test_quantiles_are_those_of_the_cells(data: Any) -> None:
     exponent = data["exponent"]
     known = exponent[np.isfinite(exponent)]

@@ -182,3 +182,12 @@ def test_the_entropy_is_what_the_sum_of_exponentials_allows() -> None:
             with ctx.workprec(200):
                 weights = np.array([(-arb(s) * arb(time)).exp() for time in times])
                 assert bool(weights[rising].sum() * weights[~rising].sum() > 1) is more
+
+
+def test_images_are_drawn_upon_the_sets_that_they_cross() -> None:
+    for axes in draw.draw(reference("full_shift")).axes:
+        drawn = [(patch.get_alpha() is not None, patch.get_zorder()) for patch in axes.patches]
+        sets = [order for pale, order in drawn[:4] if not pale]
+        images = [order for pale, order in drawn[:4] if pale]
+        assert len(sets) == len(images) == 2
+        assert max(sets) < min(images)

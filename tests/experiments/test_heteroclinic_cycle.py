@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.heteroclinic_cycle import draw
 from rigidpend.mechanics.equations import eq1
-from tests.experiments.trees import asked, computed
+from tests.experiments.trees import asked, computed, reference
 
 OTHER = ["problem.A=[2, 1, 1.2]", "problem.r=[3, 1, 0]"]
 
@@ -49,3 +50,22 @@ def test_the_arrows_go_as_the_flow_does(content: Any, data: Any) -> None:
         theta1_rate, J1_rate, _, _ = eq1((x.mean(), y.mean(), 0.0, 1.0), free, np)
         assert (x[1] - x[0]) * theta1_rate + (y[1] - y[0]) * J1_rate > 0
         assert np.sign(np.diff(y)[0]) == np.sign(J1_rate) or y[0] == y[1]
+
+
+@pytest.mark.parametrize("A", ["[2, 0.1, 1.95]", "[2, 1.499, 1.5]"], ids=["near pi", "near 0"])
+def test_numbers_of_separatrices_stay_apart_where_these_nearly_meet(A: str) -> None:
+    """Two are 0.15 and 0.2 radians apart, and the name of their rectangle is upon neither."""
+    result = reference("fig2")
+    result["data"] = data = computed(asked("fig2", f"problem.A={A}"))
+    figure = draw.draw(result)
+    figure.draw_without_rendering()
+    [axes] = figure.axes
+    texts = [text for text in axes.texts if text.get_text()]
+    rings = [ring for text in texts if (ring := text.get_bbox_patch())]
+    boxes = [ring.get_window_extent() for ring in rings]
+    assert len(boxes) == 10
+    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
+    names = [text.get_window_extent() for text in texts if "rectangle" in text.get_text()]
+    places = axes.transData.transform([(x, 0) for x in data["vertices"]["theta1"]])[:, 0]
+    assert len(names) == 2
+    assert not any(name.x0 - 2 < x < name.x1 + 2 for name in names for x in places)

@@ -6,6 +6,9 @@ import json
 import platform
 import shutil
 import subprocess
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -127,6 +130,28 @@ DRAWING = ("/draw.py", "bench/report.py")
 
 
 @pytest.mark.slow
+def test_two_threads_never_parse_code_at_the_same_time(
+    edited: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a worker of a cluster: Python 3.11 fails where they do."""
+    busy, parse = threading.Lock(), ast.parse
+
+    def alone(source: bytes) -> ast.Module:
+        assert busy.acquire(blocking=False)
+        try:
+            time.sleep(0.01)
+            return parse(source)
+        finally:
+            busy.release()
+
+    places = [f"made_{k}.py" for k in range(8)]
+    edited.update({place: f"x = {place!r}".encode() for place in places})
+    with monkeypatch.context() as patch, ThreadPoolExecutor(2) as pool:
+        patch.setattr(ast, "parse", alone)
+        found = list(pool.map(lambda place: code_hash.needed([code_hash.inside(place)]), places))
+    assert all(place in needed for place, needed in zip(places, found, strict=True))
+
+
 def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
     names = experiments.names()
     # Some of them: each takes as long as a start of the program.

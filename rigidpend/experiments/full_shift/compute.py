@@ -18,6 +18,7 @@ from rigidpend.experiments.shared import columns, rational
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.certified import connections, coverings, pieces, sections
+from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import Relation
 from rigidpend.routes.certified.models import Family
@@ -52,6 +53,7 @@ OF_ONE_J2 = (
 )
 
 
+@alone
 def compute(config: Config, means: Means) -> Tree:
     """Find sets and polynomials of their orbits, check them, and return them with what they prove.
 

@@ -72,7 +72,8 @@ def _draw(axes: Axes, data: Data, rising: bool, edge: float = 0.6) -> None:
         of_image = "" if of == rising else "image_"
         colour, alpha = COLOUR[int(symbol)], 0.4 if of_image else None
         outline = drawn[f"{of_image}chi"][k], drawn[f"{of_image}d"][k]
-        axes.fill(*outline, color=colour, alpha=alpha, **look)
+        # Images lie upon sets, through which they can be seen to go.
+        axes.fill(*outline, color=colour, alpha=alpha, zorder=1.2 if of_image else 1, **look)
     axes.set(xlabel=r"$\chi$ (rad)", ylabel="$d$ from the stable surface (1)")
     axes.ticklabel_format(style="sci", scilimits=(-2, 2))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,10 @@ LOOKS: dict[int, dict[str, Any]] = {
 """Looks of edges by symbol; `NO_SYMBOL` is that of the separatrices."""
 NARROW = 1.8
 """Width, in radians, below which the name of a rectangle is written vertically."""
+TIGHT = 0.5
+"""Distance of separatrices, radians, below which rings around their numbers would overlap."""
+RING = 9
+"""Points from the middle of a vertex within which its ring lies, with some room."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
 """Colours of the rectangles: pale versions of their symbols' colours."""
 
@@ -35,31 +40,47 @@ def draw(result: Loaded) -> Figure:
     figure = Figure(figsize=(WIDTH, 3.4))
     axes = figure.add_axes(PANEL)
     _draw_rectangles(axes, data["rectangles"])
-    _draw_edges(axes, data["edges"])
-    _draw_vertices(axes, data["vertices"])
+    shifts = _shifts(data["vertices"]["theta1"])
+    _draw_edges(axes, data["edges"], shifts)
+    _draw_vertices(axes, data["vertices"], shifts)
     _name_axes(axes, data["vertices"])
     handles = [entry(**look, lw=1.8) for look in LOOKS.values()]
     figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.6)
     return figure
 
 
+def _shifts(theta1: Any) -> dict[float, int]:
+    """Points to the right by which vertices are drawn off their theta1, as close pairs are."""
+    places = np.unique(theta1).tolist()
+    shifts = dict.fromkeys(places, 0)
+    for left, right in pairwise(places):
+        if right - left < TIGHT:
+            shifts[left], shifts[right] = -RING, RING
+    return shifts
+
+
 def _draw_rectangles(axes: Axes, rectangles: Any) -> None:
     for name, bounds in zip(rectangles["name"], rectangles["theta1"].T, strict=True):
         patch = axes.axvspan(*bounds, color=SHADES[name], lw=0, zorder=0)
-        angle = 90 if bounds[1] - bounds[0] < NARROW else 0
+        width, side = bounds[1] - bounds[0], -1 if name == "left" else 1
+        # The name of a rectangle with no room for it stands beside it, off the other rectangle.
+        x, off = ((1 + side) / 2, side * RING) if width < TIGHT else (0.5, 0)
+        angle = 90 if width < NARROW else 0
         place: dict[str, Any] = {"xycoords": patch, "ha": "center", "va": "center"}
-        axes.annotate(f"{name} rectangle", (0.5, 0.5), **place, rotation=angle, style="italic")
+        beside(axes, f"{name} rectangle", (x, 0.5), off, 0, **place, rotation=angle, style="italic")
 
 
-def _draw_edges(axes: Axes, edges: Any) -> None:
+def _draw_edges(axes: Axes, edges: Any, shifts: dict[float, int]) -> None:
     for k, symbol in enumerate(map(int, edges["symbol"])):
         look = LOOKS[symbol]
         start, end = zip(edges["theta1"][:, k], edges["J1"][:, k], strict=True)
         colour = "0.6" if edges["again"][k] else look["color"]
-        # The ends of the arrow leave room for the vertices.
+        # The ends of the arrow leave room for the vertices, wherever these are drawn.
+        ahead = int(np.sign(end[0] - start[0]))
         path = arrow(
             axes, start, end, arrowstyle="-|>,head_width=0.3,head_length=0.6", lw=1.8,
-            mutation_scale=12, shrinkA=9, shrinkB=9, color=colour, ls=look["ls"],
+            mutation_scale=12, color=colour, ls=look["ls"],
+            shrinkA=RING + ahead * shifts[start[0]], shrinkB=RING - ahead * shifts[end[0]],
         )  # fmt: skip
         if symbol != NO_SYMBOL:
             # Outside the graph, at the middle of the arrow.
@@ -68,11 +89,12 @@ def _draw_edges(axes: Axes, edges: Any) -> None:
             beside(axes, str(symbol), (0.5, 0.5), 0, side, xycoords=path.arrow_patch, **written)
 
 
-def _draw_vertices(axes: Axes, vertices: Any) -> None:
+def _draw_vertices(axes: Axes, vertices: Any, shifts: dict[float, int]) -> None:
     rows = zip(*(vertices[name] for name in ("label", "theta1", "J1", "again")), strict=True)
     for label, x, y, again in rows:
         ring = {"boxstyle": "circle,pad=0.25", "fc": "white", "ec": "0.6" if again else "black"}
-        text = axes.text(x, y, label, ha="center", va="center", bbox=ring, zorder=6)
+        centred: Any = {"ha": "center", "va": "center", "bbox": ring, "zorder": 6}
+        text = beside(axes, label, (x, y), shifts[x], 0, **centred)
         text.set_color("0.45" if again else "black")
 
 

@@ -24,6 +24,7 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified import intervals as lines
 from rigidpend.routes.certified import pieces
+from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.pieces import FamilyStep
@@ -37,6 +38,7 @@ COLUMN_SYMBOLS = 15
 """Symbols of a column: as many as Fig. 4 has rows."""
 
 
+@alone
 def compute(config: Config, means: Means) -> Tree:
     """Prove symbols of intervals, and halve those where not all symbols are proven."""
     from rigidpend.routes.certified import interval_search

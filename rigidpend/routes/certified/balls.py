@@ -15,9 +15,11 @@ orbits' saddle: they leave sin(alpha0)/2 |M3|, the true exponent beside these or
 
 from __future__ import annotations
 
+import functools
 import math
+import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 from flint import arb
 
@@ -28,6 +30,24 @@ from rigidpend.numbers.exact import Exact
 
 ARB_BITS = 64
 """Precision in which bounds are computed, bits; Arb rounds each outward."""
+Proving = TypeVar("Proving", bound=Callable[..., Any])
+one_at_a_time = threading.RLock()
+"""Held by the thread of a process that proves."""
+
+
+def alone(prove: Proving) -> Proving:
+    """Let a function that proves run in one thread at a time.
+
+    The precision of Arb is that of the whole process, and a proof changes it again and again. A
+    cluster's worker may have several threads.
+    """
+
+    @functools.wraps(prove)
+    def proven(*given: Any, **more: Any) -> Any:
+        with one_at_a_time:
+            return prove(*given, **more)
+
+    return cast(Proving, proven)
 
 
 def upper(x: arb) -> arb:

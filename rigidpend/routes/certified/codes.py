@@ -25,6 +25,7 @@ from rigidpend.numbers.expressions import NO_SYMBOL, words
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
+from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.checker import Outgrown, Undecided
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step
@@ -45,6 +46,9 @@ LONG_WORK = 2**24
 """Work that a line announces before it begins: half a minute or more."""
 LINE_SECONDS = 5.0
 """Seconds from one line to the next."""
+
+THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
+"""Variables that give libraries of linear algebra their number of threads."""
 
 Report = Callable[[str], None]
 
@@ -137,6 +141,7 @@ def certify_codes(
     return proven_codes(RouteProblem(body, h0, J1_0, n_symbols), theta2_0, bits, jobs, report)
 
 
+@alone
 def proven_codes(
     problem: RouteProblem, theta2_0: Any, bits: int | None, jobs: int, report: Report
 ) -> CertifiedCodes:
@@ -148,6 +153,7 @@ def proven_codes(
     return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))
 
 
+@alone
 def checked_codes(
     problem: RouteProblem, phases: Sequence[Exact], steps: Sequence[Sequence[Step]], jobs: int
 ) -> CertifiedCodes:
@@ -166,15 +172,14 @@ def _proofs(
 ) -> list[Proof]:
     """Proofs of orbits, in their order, by processes of one thread each: matrices are small."""
     # A process reads these variables where it loads its linear algebra, so they are set before.
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = dict(os.environ)
-    os.environ.update(dict.fromkeys(names, "1"))
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
         return side_by_side(work, of, True, orbits, jobs, report)
     finally:
-        for name in names:
+        for name in THREADS:
             del os.environ[name]
-        os.environ.update({name: before[name] for name in names if name in before})
+        os.environ.update({name: before[name] for name in THREADS if name in before})
 
 
 def _orbit(

@@ -1,6 +1,8 @@
 """Certified codes: against 113 bits, of configs, and where none is proven."""
 
+import os
 import random
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +11,11 @@ import pytest
 
 from rigidpend import Body, certify_codes, route_codes
 from rigidpend.config import catalogue
+from rigidpend.experiments.full_shift import compute as full_shift
+from rigidpend.experiments.route_intervals import compute as route_intervals
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
-from rigidpend.routes.certified import codes
+from rigidpend.routes.certified import balls, codes
 from rigidpend.routes.certified.orbit import enclosed
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
@@ -138,6 +142,32 @@ def test_a_start_that_no_bits_tell_is_undecided(mu: str, h0: str, phase: str) ->
 def test_no_orbits_are_no_trouble() -> None:
     found = certify_codes(BODY, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert (found.codes.shape, found.status) == ((2, 0), [])
+
+
+@pytest.mark.parametrize(
+    "prove", [codes.proven_codes, codes.checked_codes, full_shift.compute, route_intervals.compute]
+)
+def test_one_thread_at_a_time_proves(prove: Any) -> None:
+    """As in a worker of a cluster that has several: they share the precision of Arb."""
+    nothing = [None] * (
+        5 if prove is codes.proven_codes else 4 if prove is codes.checked_codes else 2
+    )
+    with ThreadPoolExecutor(1) as pool:
+        # It fails at once, when all is imported.
+        assert pool.submit(prove, *nothing).exception(60) is not None
+        with balls.one_at_a_time:
+            waiting = pool.submit(prove, *nothing)
+            assert wait([waiting], 0.5).not_done
+        assert waiting.exception(60) is not None
+
+
+def test_proofs_leave_the_environment_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    given, absent, other = codes.THREADS
+    monkeypatch.setenv(given, "3")
+    monkeypatch.setenv(other, "2")
+    monkeypatch.delenv(absent, raising=False)
+    codes.checked_codes(problem(), [], [], 1)
+    assert [os.environ.get(name) for name in codes.THREADS] == ["3", None, "2"]
 
 
 # ---- The orbits of the shipped configs.
