@@ -10,18 +10,16 @@ import functools
 import hashlib
 import json
 import os
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from rigidpend.machine import cache
+from rigidpend.numbers.expressions import parsed
 
 PACKAGE = Path(__file__).resolve().parents[1]
 MOST_BYTES = 100_000
 """Bytes of all hashes in the cache, of which each takes some 300."""
-_parsing = threading.Lock()
-"""Held while source is parsed: Python 3.11 fails, with a SystemError, where two threads do so."""
 
 
 def inside(*place: str) -> Path:
@@ -86,9 +84,7 @@ def sources(package: str) -> Sources:
 @functools.cache
 def _read(source: bytes) -> tuple[str, list[str]]:
     """Digest of the running code of a file, and the names that it imports."""
-    with _parsing:
-        parsed = ast.parse(source)
-    tree = _Running().visit(parsed)
+    tree = _Running().visit(parsed(source))
     names: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:

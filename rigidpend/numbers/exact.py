@@ -19,7 +19,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from rigidpend.numbers.expressions import ExactError as ExactError
-from rigidpend.numbers.expressions import named, shown
+from rigidpend.numbers.expressions import named, parsed, shown
 
 if TYPE_CHECKING:
     from mpmath import MPContext
@@ -247,7 +247,7 @@ def _read(text: str) -> Exact:
     try:
         # Only Python's grammar is used. Nothing is evaluated, and `_node` has a list of what it
         # accepts.
-        tree = ast.parse(source, mode="eval")
+        tree = parsed(source, "eval")
         if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MOST_CALLS:
             raise ExactError(f"more than {MOST_CALLS} functions in a number")
         read = _node(tree.body, source)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import reprlib
 import sys
+import threading
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
@@ -20,9 +22,17 @@ DIGITS, SMALL, LARGE = 16, Fraction(1, 1000), 10**6
 NO_SYMBOL = 255
 """Code in the place of a symbol when the orbit does not cross J1 = J2/2 again."""
 
+_parsing = threading.Lock()
+
 
 class ExactError(ValueError):
     """Error: a value that is no finite real number, or a text that is no expression of one."""
+
+
+def parsed(source: str | bytes, mode: str = "exec") -> Any:
+    """Parse Python source in one thread at a time: Python 3.11 fails where two threads do so."""
+    with _parsing:
+        return ast.parse(source, mode=mode)
 
 
 def shown(text: str) -> str:

@@ -10,6 +10,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import llvmlite
@@ -19,6 +20,7 @@ import scipy
 import rigidpend
 from rigidpend import experiments
 from rigidpend.machine import code_hash
+from rigidpend.numbers.exact import exact
 from rigidpend.runs import loading, provenance
 from tests.config.samples import FIG4, TEXT, changed, written
 from tests.processes import python
@@ -136,11 +138,11 @@ def test_two_threads_never_parse_code_at_the_same_time(
     """As in a worker of a cluster: Python 3.11 fails where they do."""
     busy, parse = threading.Lock(), ast.parse
 
-    def alone(source: bytes) -> ast.Module:
+    def alone(source: bytes, mode: str) -> Any:
         assert busy.acquire(blocking=False)
         try:
             time.sleep(0.01)
-            return parse(source)
+            return parse(source, mode=mode)
         finally:
             busy.release()
 
@@ -148,7 +150,9 @@ def test_two_threads_never_parse_code_at_the_same_time(
     edited.update({place: f"x = {place!r}".encode() for place in places})
     with monkeypatch.context() as patch, ThreadPoolExecutor(2) as pool:
         patch.setattr(ast, "parse", alone)
+        numbers = [pool.submit(exact, f"{k} + sqrt(1234567)") for k in range(8)]
         found = list(pool.map(lambda place: code_hash.needed([code_hash.inside(place)]), places))
+        assert [float(each.result()) for each in numbers] == pytest.approx(range(1111, 1119), 1e-3)
     assert all(place in needed for place, needed in zip(places, found, strict=True))
 
 
