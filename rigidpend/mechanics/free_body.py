@@ -67,8 +67,13 @@ def half_circle(alpha0: float, number: int, phi: ArrayLike) -> NDArray[np.float6
 
 def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:
     """Angle theta1 of the separatrices 1..4, radians, as in (sol_1)-(sol_22): all within 4 pi."""
+    return beta0 + np.array([_from_beta0(number, alpha0, np) for number in SEPARATRICES])
+
+
+def _from_beta0(number: int, alpha0: Scalar, m: Elementary) -> Any:
+    """Angle theta1 - beta0 on separatrix `number`, radians."""
     # 3 and 4 lie a turn beyond 1 and 2, and are the other halves of their circles.
-    return beta0 + np.array([-alpha0, alpha0, TURN - alpha0, TURN + alpha0])
+    return direction(number) * alpha0 + (2 * m.pi if number > 2 else 0)
 
 
 def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
@@ -124,8 +129,7 @@ def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
     """Angle theta1 on separatrix `number`, radians; ValueError for a number other than 1 to 4."""
     if number not in SEPARATRICES:
         raise ValueError(f"separatrices are numbered 1 to 4, got {number!r}")
-    # As `separatrix_theta1`, but only `m` has pi to all digits.
-    return p.beta0 + direction(number) * p.alpha0 + (2 * m.pi if number > 2 else 0)
+    return p.beta0 + _from_beta0(number, p.alpha0, m)
 
 
 def direction(number: int) -> int:
