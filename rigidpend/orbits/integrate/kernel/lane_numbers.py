@@ -289,7 +289,7 @@ class Pairs(Expansions):
         return high, code.binary("fadd", total[1], lost)
 
     def lowered(self, total: Value, base: str) -> Value:
-        return self.sum_and_error(self.code.binary("fsub", total[0], base), total[1])
+        return self._joined(self.code.binary("fsub", total[0], base), total[1])
 
     def quotient(self, a: Value, b: Value) -> Value:
         quotients, rest = [], a
