@@ -93,14 +93,15 @@ class Sums:
         self._clear(self.totals)
         self._raise(n, self.totals)
         self._rows(n, listed, x, "1", own)
-        sharp = self._lowered(n, self.totals)
+        sharp = [n.load(total, 0) for total in self.totals]
         self._clear(self.totals)
         self._rows(self.plain, listed, x, own, rows)
-        plain = [self.plain.load(total, 0)[0] for total in self.totals]
         # Row 0, with the constants, is the largest and comes last.
         row = self._row(n, listed, "0")
-        sums = (n.plus(a, n.of_double(b)) for a, b in zip(sharp, plain, strict=True))
-        return [n.plus(total, value) for total, value in zip(sums, row, strict=True)]
+        for total, found, value in zip(self.totals, sharp, row, strict=True):
+            plain = n.of_double(self.plain.load(total, 0)[0])
+            n.store(n.with_raised(n.with_raised(found, plain), value), total, 0)
+        return self._lowered(n, self.totals)
 
     def _rows(self, n: Doubles, listed: str, x: Value, start: str, end: str) -> None:
         """Continue a table's sums with the rows `start` to `end`, each times its polynomial of x.
@@ -161,14 +162,21 @@ class Sums:
         with code.loop(end, start) as m:
             at = code.mul(m, 2)
             c, s = (n.load(self.waves, code(f"sub i64 {at}, {k}")) for k in (2, 1))
-            # The addition theorems, with one of two products added without a rounding of its own.
-            less = n.opposite(n.times(s, sin))
+            # The addition theorems.
             next_ = (
-                n.settled(n.with_product(less, c, cos)),
-                n.settled(n.with_product(n.times(s, cos), c, sin)),
+                self._two_products(n, (c, cos), (n.opposite(s), sin)),
+                self._two_products(n, (s, cos), (c, sin)),
             )
             for k, value in enumerate(next_):
                 n.store(value, self.waves, code.add(at, k))
+
+    def _two_products(self, n: Doubles, *factors: tuple[Value, Value]) -> Value:
+        """A cosine or a sine as a sum of two products: upon a base, for it is 1 at most."""
+        base = self.code.number(4.0)
+        total = n.raised(self.code.number(0.0), base)
+        for a, b in factors:
+            total = n.with_raised_product(total, a, b)
+        return n.lowered(total, base)
 
     def rates(self, entries: list[str], I: Value) -> list[Value]:
         """The three polynomials in I, by Horner's rule: 1/Lambda, the depth's rest and dt'/dpsi."""
