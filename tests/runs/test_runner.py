@@ -1,6 +1,5 @@
 """Runs: what is loaded, what is up to date and why not, what a result holds, what is left."""
 
-import datetime
 import importlib.metadata
 import json
 import os
@@ -30,7 +29,8 @@ from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
 from rigidpend.runs.logs import Logs
 from rigidpend.runs.parts import Parts
-from tests.config.samples import FIG4, TEXT, changed, refused, written
+from tests.config.samples import FIG4, TEXT, changed, written
+from tests.runs.checkers import lines
 
 CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
@@ -48,13 +48,6 @@ def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path)
     # A name that is not the paper's stays.
     mine = changed('figure: "4"', "figure: mine")
     assert loading.load(written(tmp_path, mine), ["problem.mu=0.01"]).content.figure == "mine"
-
-
-def test_no_experiment_is_an_error_with_all_that_there_are(tmp_path: Path) -> None:
-    [problem] = refused(written(tmp_path, changed("experiment: route_codes", "")))
-    assert problem.place == ("experiment",)
-    assert problem.message.startswith("required ")
-    assert "route_codes" in problem.message
 
 
 def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
@@ -144,13 +137,6 @@ def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experime
         found = replace(plan, reason=reason, seconds=seconds)
         assert runner.expected_seconds(found) == expected
     assert runner.expected_seconds(replace(plan, reason="")) is None
-
-
-def lines(path: Path) -> list[str]:
-    """A log's lines without their times, which must be some."""
-    found = [line.split(" ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
-    assert all(datetime.datetime.fromisoformat(time).tzinfo for time, _ in found)
-    return [text for _, text in found]
 
 
 def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> None:
