@@ -48,6 +48,7 @@ run fig4 --set nsymbols=3 | 2 | unknown key; did you mean problem.n_symbols?
 run fig4 --set numerics.engine= | 2 | expected auto, taylor or scipy
 run fig4 --set problem.r=[1,1,1] | 2 | gravity turns the body out of every rotation about axis 3
 run fig4 fig1 --set problem= | 2 | --set problem=: problem: expected keys
+run fig4 fig1 fig2 --set problem.J1_0=1e-9 | 2 | fig2: --set problem.J1_0=1e-9: problem.J1_0: unknown
 run \udcff | 2 | no such config
 run \udcfe.yaml | 2 | the name of the file is not text in UTF-8: rename the file
 run fig4 --set problem.\udcff=1 | 2 | problem: input should be a valid string
