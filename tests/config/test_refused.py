@@ -27,7 +27,7 @@ right: {start: 3*pi/40, -> ^right: { | problem.arrays.right.start | required
 A: [2, 1, 1.5] -> ^A: [2, 1] | problem.A.2 | required
 experiment: route_codes -> experiment: ^[a] | experiment | closed_orbits
 experiment: route_codes -> experiment: ^null | experiment | required (known: asymptotic_orbits, asy
-figure: "4"\nexperiment: route_codes -> ^figure: "4" | experiment | required (known: asymptotic_orbits
+figure: "4"\nexperiment: route_codes -> ^figure: "4" | experiment | required (known: asymptotic
 mu: 0.001 -> mu: ^true | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 mu: 0.001 -> mu: ^null | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 count: 63 -> count: ^6.5 | problem.arrays.left.count | 6.5 is not a whole number
