@@ -15,11 +15,9 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import (
-    CLOSED_FORM,
     DEFAULT_TOLERANCE,
     FINEST_TOLERANCE,
     Arithmetic,
@@ -183,18 +181,6 @@ def test_numerics_arrive_and_are_stored_as_they_were_used(
     assert means.arithmetic == Arithmetic(engine, used, (53,))
     stored = store.attributes(planned.target)
     assert (stored["tolerance"], stored["precisions"].tolist()) == (used, [53])
-
-
-def test_what_is_computed_by_closed_forms_has_no_numerics(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compute = Mock(side_effect=KeyboardInterrupt)
-    monkeypatch.setattr(phase_portraits, "compute", compute)
-    planned = runner.plan(loading.load(FIG4.with_name("fig1.yaml")), desk)
-    with pytest.raises(KeyboardInterrupt):
-        runner.run(planned, jobs=1, report=tell_nobody)
-    [((_, means), _)] = compute.call_args_list
-    assert means.arithmetic is CLOSED_FORM
 
 
 def test_resolving_what_is_resolved_changes_nothing() -> None:
