@@ -204,10 +204,10 @@ class PhaseGrid(Part):
 
     def apart(self, bits: int) -> None:
         """Refuse phases that are equal in a precision: a step of 0, or one lost in rounding."""
-        first, last = self.start, self.start + self.step * (self.count - 1)
-        step, farthest = abs(float(self.step)), max(abs(float(x)) for x in (first, last))
-        # By ldexp, because 2.0**-bits vanishes below 2^-1074.
-        if self.count > 1 and not step > math.ldexp(farthest, -bits):
+        step = abs(float(self.step))
+        # A grid that reaches far beyond its start has steps that no precision loses there. By
+        # ldexp, because 2.0**-bits vanishes below 2^-1074.
+        if self.count > 1 and not step > math.ldexp(abs(float(self.start)), -bits):
             lost = f"equal in {bits} bits" if step else "equal in doubles"
             message = f"the step {self.step} makes {self.count} columns {lost}: take a larger one"
             raise ParameterError("step", message)

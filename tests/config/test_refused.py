@@ -46,6 +46,7 @@ h0: 1.3342 -> h0: ^tan(pi/2) | problem.h0 | tan(pi/2)
 1.5] -> ^nan] | problem.A.2 | 'nan' is not
 1.5] -> ^1/0] | problem.A.2 | 1/0
 mu: 0.001 -> mu: ^0.001#c | problem.mu | '0.001#c' is not a number: a comment begins with a blank
+step: 1/10, -> step: ^1e14, | problem.arrays.left.step | phases beyond 1e+15 cannot be resolved
 step: 1/10, -> step: ^0, | problem.arrays.left.step | the step 0 makes 63 columns equal in doubles
 n_symbols: 15 -> n_symbols: ^1e5000 | problem.n_symbols | is too large
 A: [2, 1, 1.5] -> A: ^[1, 2, 1.5] | problem.A | A1 > A3 > A2 is broken
