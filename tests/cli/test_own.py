@@ -99,13 +99,6 @@ def test_the_proof_of_a_result_is_written_beside_it(swept: Path, tmp_path: Path)
     assert (done.returncode, "symbol 2 of column 0" in done.stdout) == (1, True)
 
 
-def test_a_setting_that_some_configs_do_not_know_is_said_with_their_names(tmp_path: Path) -> None:
-    done = call(tmp_path, "run", "fig4", "fig1", "fig2", "-n", "--set", "problem.J1_0=1e-10")
-    assert done.returncode == 2
-    heads = [line.partition(": --set ")[0] for line in done.stderr.splitlines()]
-    assert heads == ["fig1", "fig2"]
-
-
 def test_zeros_have_no_sign(tmp_path: Path) -> None:
     written(tmp_path, changed("r: [1, 1, 0]", "r: [1, 0, 0]", SMALL), "small.yaml")
     done = call(tmp_path, "describe", "small", "--json")
