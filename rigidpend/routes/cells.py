@@ -21,8 +21,8 @@ from rigidpend.routes import choice
 from rigidpend.routes.choice import Followed
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.run import Run, Starts, longest_wait
+from rigidpend.routes.problem import RouteProblem, passage_limit
+from rigidpend.routes.run import Run, Starts
 
 OF_BODY = ("mu", "beta0", "alpha0")
 """Parameters of the body that may change from cell to cell."""
@@ -156,7 +156,7 @@ def _of_bodies(
         each: Any = zip(*(x.tolist() for x in values.values()), strict=True)
         problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
         # One limit for all orbits of the body: that of the orbit which waits longest.
-        patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
+        patient = max(problems, key=lambda one: passage_limit(one, arithmetic.precisions[0]))
         run = Run(patient, Phases(theta2_0), arithmetic, problems=problems)
         found.append(_cells(choice.decide(run, "integration")))
     return found
