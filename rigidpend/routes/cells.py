@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side, spread
-from rigidpend.mechanics.body import Body, BodyError
+from rigidpend.mechanics.body import Body, BodyError, direction
 from rigidpend.numbers.exact import exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
@@ -66,18 +66,14 @@ def _changed(body: Body, values: tuple[tuple[str, Scalar], ...]) -> Body:
     """A body with other values; remembered, because many cells have the same body."""
     A, r, mu = body.A, body.r, body.mu
     for name, value in values:
-        half = exact(value) / 2
-        cos = function("cos", half)
         if name == "mu":
             mu = exact(value)
         elif name == "beta0":
-            # beta0/2 is the direction of the centre of gravity in the plane of axes 1 and 2, by
-            # (phi). The expressions are exact, and each precision rounds them anew.
-            r = cos, function("sin", half), exact(0)
+            r = direction(exact(value))
         else:
             if not 0 < float(value) < math.pi:
                 raise BodyError("alpha0", f"pi > alpha0 > 0 is broken: alpha0 = {value}")
-            A1, A2, _ = A
+            (A1, A2, _), cos = A, function("cos", exact(value) / 2)
             # A1 and A2 are kept: alpha0 is reached by the A3 between them at which (phi) gives it.
             A = A1, A2, A1 * A2 / (A2 + (A1 - A2) * cos**2)
     return Body(A, r, mu) if values else body
