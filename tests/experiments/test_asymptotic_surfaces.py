@@ -38,8 +38,8 @@ def test_points_are_compared_where_both_have_one_and_phases_also_across_the_cut(
     theta1: Any
     phase, theta1 = (CURVES["S1_minus"][name].within for name in ("theta2_0", "theta1"))
     ends = ({"theta2_0": np.array([x])} for x in (0.0, 2 * np.pi - part * 1e-11))
-    assert len(phase.apart("theta2_0", *ends)) == told
+    assert len(phase("theta2_0", *ends)) == told
     stored = {"sample": np.arange(4), "theta1": np.arange(4.0), "offsets": np.array([0, 4])}
     fresh = {"sample": np.array([0, 2, 3]), "theta1": np.array([0.0, 2.0, 3.0 + part * 1e-12])}
     both = stored | {"J1_over_J2": np.full(4, 0.5)}, fresh | {"offsets": np.array([0, 3])}
-    assert len(theta1.apart("theta1", *both)) == told
+    assert len(theta1("theta1", *both)) == told
