@@ -18,7 +18,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.records import columns, joined
 from rigidpend.routes import choice
-from rigidpend.routes.choice import Followed
+from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
@@ -158,8 +158,8 @@ def _of_bodies(
     return found
 
 
-def _cells(found: Followed) -> Cells:
+def _cells(found: Decided) -> Cells:
     """The part of decided orbits that a plane keeps."""
     # No symbol behind an uncertain one is certain, so that the number of certain symbols is enough.
-    certain = found.decided.certain.sum(axis=0).astype(np.uint8)
-    return Cells(symbols(found.decided.crossings.separatrix), certain, found.by_map)
+    certain = found.certain.sum(axis=0).astype(np.uint8)
+    return Cells(symbols(found.crossings.separatrix), certain, found.by_map)
