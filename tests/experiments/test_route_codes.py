@@ -62,11 +62,14 @@ def test_each_array_is_route_codes_with_melnikov_s_zeros(
 def test_orbits_share_the_processes_that_a_run_may_take(
     content: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And a part of them is decided as all would be."""
     stop = Mock(side_effect=InterruptedError)
     monkeypatch.setattr(route_codes, "codes_of", stop)
+    monkeypatch.setattr(route_codes, "column_cost", lambda *_: 10.1)
     with pytest.raises(InterruptedError):
         result(content, jobs=3)
-    assert stop.call_args.args[3] == 3
+    assert (len(stop.call_args.args[1]), stop.call_args.args[3]) == (1, 3)
+    assert stop.call_args.kwargs == {"task_orbits": 5}
 
 
 def test_a_symbol_may_differ_where_it_was_uncertain_and_nowhere_else(data: Data) -> None:
