@@ -148,7 +148,8 @@ def decide(
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
     Every column is computed twice in the first precision, and a third time where the two differ by
-    more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. Columns that are
+    more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. A single
+    computation, where no more are allowed, leaves all columns uncertain. Columns that are
     still uncertain are computed once in the next precision and compared with the last result; where
     the two differ, up to two further computations follow.
 
@@ -167,14 +168,17 @@ def decide(
         that precision, and returns a list of the columns of each piece with what was decided. By
         default all columns are one piece.
     most_computations : callable, optional
-        ``most_computations(bits)`` in a precision, 1 to 3; in the first one at least 2.
+        ``most_computations(bits)`` in a precision, 1 to 3.
     """
     least = precisions[0]
 
     def settle(columns: Columns) -> Decided:
         """Decide some columns in the first precision."""
-        first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
-        count = most_computations(least)
+        first, count = compute(least, FIRST_SCALES, columns), most_computations(least)
+        if count == 1:
+            certain = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
+            return Decided(first, certain, np.full(columns.size, least, dtype=np.uint16))
+        second = compute(least, SECOND_SCALES, columns)
         third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
         certain = _established(first, second, rate, third, columns)
         return _decided(second, certain, least)
