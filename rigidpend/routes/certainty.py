@@ -177,7 +177,7 @@ def decide(
         first, count = compute(least, FIRST_SCALES, columns), most_computations(least)
         if count == 1:
             certain = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
-            return Decided(first, certain, np.full(columns.size, least, dtype=np.uint16))
+            return _decided(first, certain, least)
         second = compute(least, SECOND_SCALES, columns)
         third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
         certain = _established(first, second, rate, third, columns)
