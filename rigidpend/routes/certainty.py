@@ -79,13 +79,15 @@ class Contradiction(Exception):
 
 
 class Decided(NamedTuple):
-    """Crossings of n orbits, with the symbols that are certain and the precision of each orbit."""
+    """Crossings of n orbits, with the symbols that are certain, and how each orbit was found."""
 
     crossings: Crossings
     certain: NDArray[np.bool_]
     """(n_symbols, n), True where the symbol is established."""
     bits: NDArray[np.uint16]
     """(n,), the precision of the crossings that are kept."""
+    by_map: NDArray[np.bool_]
+    """(n,), True where return maps alone followed the orbit, which `choice` tells: else False."""
 
 
 Columns: TypeAlias = NDArray[np.intp]
@@ -175,11 +177,11 @@ def decide(
         first, count = compute(least, FIRST_SCALES, columns), most_computations(least)
         if count == 1:
             certain = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
-            return Decided(first, certain, np.full(columns.size, least, dtype=np.uint16))
+            return _decided(first, certain, least)
         second = compute(least, SECOND_SCALES, columns)
         third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
         certain = _established(first, second, rate, third, columns)
-        return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))
+        return _decided(second, certain, least)
 
     pieces = share(settle, np.arange(n), least)
     # The pieces come back in the order of the columns, so that joining them is enough.
@@ -234,9 +236,14 @@ def _further(
         else:
             third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
             certain = _established(before, sharper, rate, third, columns[open_])
-        decided = np.full(open_.size, bits, dtype=np.uint16)
-        put(known, open_, Decided(sharper, certain, decided))
+        put(known, open_, _decided(sharper, certain, bits))
     return known
+
+
+def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided:
+    """Crossings of one precision, with the symbols that it establishes."""
+    n = certain.shape[1]
+    return Decided(found, certain, np.full(n, bits, dtype=np.uint16), np.zeros(n, dtype=bool))
 
 
 def _established(

@@ -144,13 +144,10 @@ class Maps:
             # Maps that do not converge, or cost too much, give way to the next ones.
             with contextlib.suppress(MapError):
                 self._make(map_bits, budget)
-                self._use(map_bits)
-                return
-        self._make(least, in_doubles)
-        self._use(least)
-
-    def _use(self, map_bits: tuple[int, int]) -> None:
-        """Take the maps whose first and second have these bits into use."""
+                break
+        else:
+            self._make(least, in_doubles)
+            map_bits = least
         self.map_bits, self.built_bits = map_bits, costs.built_bits(map_bits)
         made, asked = zip(map_bits, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
         # A map makes one computation beyond doubles, and this settles symbols only if it is sharper

@@ -36,7 +36,7 @@ def test_a_sweep_has_a_result_for_each_value_the_same_side_by_side_as_one_by_one
     succeeded(swept, "run", "mine", *SWEEP, "-j", "1", "--out", str(tmp_path))
     for mu, stored in (("1e-3", "1/1000"), ("1e-2", "1/100")):
         path = swept / "results" / f"mine_mu={mu}.h5"
-        assert store.config(path)["problem"]["mu"] == stored
+        assert store.load(path)["config"]["problem"]["mu"] == stored
         assert store.attributes(path)["name"] == f"mine_mu={mu}"
         assert path.with_suffix(".log").is_file()
         one, two = (store.load(x)["data"]["only"] for x in (path, tmp_path / path.name))
