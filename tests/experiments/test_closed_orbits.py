@@ -8,6 +8,7 @@ import pytest
 
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
+from rigidpend.routes.symbolic.closed import closed
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
@@ -60,7 +61,7 @@ def test_the_error_of_the_long_orbit_is_that_of_the_mean_of_its_ten_parts(
 
 
 def test_a_stable_orbit_has_the_sign_of_its_trace(monkeypatch: pytest.MonkeyPatch) -> None:
-    closed, traces = closed_orbits.closed, {(0,): 1.0, (1,): -1.0}
+    traces = {(0,): 1.0, (1,): -1.0}
     monkeypatch.setattr(
         closed_orbits, "closed", lambda *of: closed(*of)._replace(trace=traces[of[1]])
     )

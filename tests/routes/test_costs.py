@@ -73,7 +73,7 @@ def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
 @pytest.mark.parametrize("bits", [53, 82])
 def test_a_displacement_of_surfaces_costs_its_own_bits(bits: int) -> None:
     less = bits - closeness(SLOW) / math.log(2)
-    expected = costs.share_open(SLOW, less, displaced=False)  # type: ignore[arg-type]
+    expected = costs.share_open(SLOW, less, displaced=False)
     assert costs.share_open(SLOW, bits) == pytest.approx(expected, rel=1e-12)
     assert expected > 2 * costs.share_open(SLOW, bits, displaced=False)
 
@@ -111,7 +111,7 @@ def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
 
 
 def test_what_maps_leave_open_is_handed_over_in_a_part_of_the_time() -> None:
-    """A map's coordinates are relative to the splitting: what both are displaced by costs nothing."""
+    """The displacement of both surfaces costs nothing: a map's coordinates lie between them."""
     long = problem(n_symbols=30)
     open_ = costs.share_open(long, costs.SHARPER, displaced=False)
     assert 0.1 < open_ < 0.9 * costs.share_open(long, costs.SHARPER)
