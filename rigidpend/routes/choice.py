@@ -117,11 +117,8 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Followe
             # A method that was asked for by name is not replaced in silence.
             if method == "map":
                 raise
-            # Few orbits integrate fast, so that the missing map needs no warning.
-            if not few:
-                each, all_ = costs.integration(run.problem, ladder), run.orbits
-                said = f"there are no return maps: {reason}"
-                costs.warned(run.problem, all_, all_, each, said)
+            each, all_ = costs.integration(run.problem, ladder), run.orbits
+            costs.warned(run.problem, all_, all_, each, f"there are no return maps: {reason}")
     return Followed(run.by_integration(), np.zeros(len(run.phases), dtype=bool))
 
 
@@ -170,7 +167,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
 
     # The pieces follow one another, for the threads share the orbits within each.
     def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-        return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
+        return in_pieces(work, columns, PIECE // (run.problem.n_symbols + 1), 1)
 
     known = certainty.decide(compute, n, rate, within, share, maps.most_computations)
     open_ = np.flatnonzero(~known.certain.all(axis=0))

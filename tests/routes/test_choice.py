@@ -18,6 +18,7 @@ from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.routes import certainty, choice, codes, costs, handover, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 from rigidpend.routes.symbolic.levels import orbits_of
 from tests.bodies import problem
@@ -207,10 +208,12 @@ def test_what_maps_do_not_follow_or_serve_is_integrated_and_said_to_be(
 
 
 @pytest.mark.usefixtures("samples")
+@pytest.mark.parametrize(("off", "bits"), [(0.0, [88, 106]), (1.0, [88, 106, 106])])
 def test_what_leaves_sharper_tables_waits_for_a_precision_that_was_asked_for(
-    integrations: list[Any], monkeypatch: pytest.MonkeyPatch
+    off: float, bits: list[int], integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    followed = mapped.Maps.crossings
+    """And is computed again in the last one, where this differs from a rung by as much as `off`."""
+    followed, integrated = mapped.Maps.crossings, Run.crossings
 
     def but_one(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Crossings:
         seen, one = followed(self, bits, scales, columns), columns == 3
@@ -219,10 +222,15 @@ def test_what_leaves_sharper_tables_waits_for_a_precision_that_was_asked_for(
         seen.time[:, one] += 1.0 * (scales == certainty.SECOND_SCALES)
         return seen
 
+    def late(self: Run, bits: int, scales: Scales, columns: Any) -> Crossings:
+        seen = integrated(self, bits, scales, columns)
+        return seen._replace(time=seen.time + off * (bits == 88))
+
     monkeypatch.setattr(mapped.Maps, "crossings", but_one)
+    monkeypatch.setattr(Run, "crossings", late)
     record = found(PHASES[:7], n_symbols=3, method="map", precisions=(53, 106))
     assert record.certain.all()
-    assert [(x["bits"], x["orbits"]) for x in integrations] == [(88, 1), (106, 1)]
+    assert [(x["bits"], x["orbits"]) for x in integrations] == [(each, 1) for each in bits]
 
 
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
