@@ -105,7 +105,9 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
         "problem.mu=[1e-7, 1e-5, 0.02]",
         "numerics.precisions=[53]",
     ]
-    data = computed(asked("splitting", *settings))
+    said = list[str]()
+    data = computed(asked("splitting", *settings), report=said.append)
+    assert said[0].endswith("1 in 53 bits, 2 not resolved")
     assert data["bodies"]["resolved"].tolist() == [[False, True, False]]
     assert np.isfinite(data["curve"]["measured"][1]).all()
     assert np.isnan(data["curve"]["measured"][[0, 2]]).all()

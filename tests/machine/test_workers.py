@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 from rigidpend.machine import workers
+from rigidpend.machine.signals import Stopped
 from rigidpend.machine.workers import (
     WorkerError,
     ahead,
+    check_stop,
     cores,
     side_by_side,
     spread,
@@ -41,6 +43,30 @@ def test_threads_share_the_process_and_keep_the_order() -> None:
     assert set(processes) == {os.getpid()}
     assert len(set(threads)) > 1
     assert threading.get_ident() not in threads
+
+
+def test_threads_that_a_thread_has_begun_end_with_an_error_beside_it() -> None:
+    begun, ended = threading.Barrier(3), list[int]()
+
+    def inner(part: int) -> None:
+        begun.wait(30)
+        try:
+            for _ in range(3000):
+                check_stop()
+                time.sleep(0.01)
+        except Stopped:
+            ended.append(part)
+            raise
+
+    def outer(part: int) -> None:
+        if part:
+            side_by_side(inner, (), False, [1, 2], 2)
+        begun.wait(30)
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(outer, (), False, [0, 1], 2)
+    assert sorted(ended) == [1, 2]
 
 
 class Noted(list[int]):
