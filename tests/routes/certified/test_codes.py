@@ -65,9 +65,9 @@ def test_proven_enclose_113_bits(body: Body, phases: list[str], h0: str, J1_0: s
 
 
 def test_the_radius_of_a_time_holds_what_a_double_of_it_rounds() -> None:
-    """In many bits nothing else is left of it: a thousandth of a rounding is exceeded."""
+    """With many bits nothing else is as large; these two are off by a seventh of one and more."""
     found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=1, bits=150)
-    assert (found.time_radius > 2.0**-63 * found.crossing_time).all()
+    assert (found.time_radius > 2.0**-56 * found.crossing_time).all()
     assert (found.time_radius < 2.0**-52 * found.crossing_time).all()
 
 
