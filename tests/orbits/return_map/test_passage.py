@@ -163,6 +163,32 @@ def test_starts_that_are_none_are_outside(made: ReturnMap) -> None:
     assert inside == [True, False, False]
 
 
+@pytest.mark.parametrize(("share", "inside"), [(0.99, False), (1.01, True)])
+def test_starts_are_inside_as_far_as_the_table_of_invariants(
+    made: ReturnMap, share: float, inside: bool
+) -> None:
+    level, phase = made.at(H), np.array([0.1])
+    at, _ = level.started(1e-4, phase)
+    table = level.charts[True].inverse
+    table = table._replace(width=share * float(np.abs(at.u * at.v)[0]))
+    level.charts[True] = level.charts[True]._replace(inverse=table)
+    assert level.enter(1e-4, phase).inside.tolist() == [inside]
+
+
+def test_passages_are_inside_as_far_as_the_table_of_invariants(made: ReturnMap) -> None:
+    level, chi = made.at(H), np.array([1.0])
+    forward, inverse = level.charts[True].forward, level.charts[False].inverse
+    inside, outside = np.zeros(1), np.array([float(forward.width)])
+    for _ in range(40):
+        d = (inside + outside) / 2
+        if level.passage(SectionPoint(True, d, chi)).inside.item():
+            inside = d
+        else:
+            outside = d
+    U, V, *_ = forward.look_up(inside, chi, DOUBLES)
+    assert np.abs(U * V) / inverse.width == pytest.approx(1, rel=1e-6)
+
+
 def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:
     width = float(made.charts[True].forward.width)
     d, chi = np.array([2 * width, 0.0, np.nan]), np.full(3, 1.0)
