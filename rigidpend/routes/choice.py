@@ -167,7 +167,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
 
     # The pieces follow one another, for the threads share the orbits within each.
     def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-        return in_pieces(work, columns, PIECE // (run.problem.n_symbols + 1), 1)
+        return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
 
     known = certainty.decide(compute, n, rate, within, share, maps.most_computations)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
