@@ -12,6 +12,7 @@ from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
+from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe
 from rigidpend.routes.certified.pieces import FamilyStep
 from tests.experiments.trees import asked, reference
@@ -110,6 +111,26 @@ def test_what_is_not_shown_is_undecided(
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
         full_shift.compute(asked("full_shift", *changes), Means())
     assert said in str(failed.value)
+
+
+@pytest.mark.parametrize(
+    ("energies", "told", "said"),
+    [
+        ({"h": exact("1.3342"), "h0": None}, (2.0**-30, 2.0**-20), "are not those of the config"),
+        ({"h": None, "h0": exact("1.3342")}, None, "have more energies than one"),
+    ],
+)
+def test_energies_are_those_that_the_config_asks_for(
+    data: Any, energies: dict[str, Any], told: tuple[float, float] | None, said: str
+) -> None:
+    config = asked("full_shift")
+    config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
+    more: dict[str, Any] = {}
+    if told is not None:
+        moves = np.zeros((len(data["sets"]["p"]), 1, 1))
+        more["energies"] = {"moves": moves, "shift": told[0], "spread": told[1]}
+    with pytest.raises(ArithmeticError, match=said):
+        full_shift.theorems(config, {**data, **more})
 
 
 @pytest.mark.slow
