@@ -12,8 +12,9 @@ from scipy.integrate import simpson
 from rigidpend import Body
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
+from rigidpend.orbits.return_map import MapError, ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3
+from rigidpend.orbits.return_map.charts import inverse_table
 from rigidpend.orbits.return_map.passage import Passage
 from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -187,6 +188,16 @@ def test_passages_are_inside_as_far_as_the_table_of_invariants(made: ReturnMap) 
             outside = d
     U, V, *_ = forward.look_up(inside, chi, DOUBLES)
     assert np.abs(U * V) / inverse.width == pytest.approx(1, rel=1e-6)
+
+
+def test_an_inverse_chart_of_more_than_the_chart_covers_is_refused(made: ReturnMap) -> None:
+    """All points of the section with such invariants lie beyond the chart's width."""
+    forward, chi = made.charts[True].forward, np.tile(np.linspace(0, 6, 50), 2)
+    ends = np.repeat([-1.0, 1.0], 50) * float(forward.width)
+    U, V, *_ = made.at(H).charts[True].forward.look_up(ends, chi, DOUBLES)
+    beyond, n = 1.1 * float(np.abs(U * V).max()), made.orders.n_phase_inverse
+    with pytest.raises(MapError, match="do not cover"):
+        inverse_table(True, forward, beyond, n, made.normal_form, DOUBLES)
 
 
 def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:
