@@ -13,7 +13,8 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe
+from rigidpend.routes.certified import chains, connections, coverings, family_orbits, horseshoe
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.pieces import FamilyStep
 from tests.experiments.trees import asked, reference
 
@@ -111,6 +112,29 @@ def test_what_is_not_shown_is_undecided(
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
         full_shift.compute(asked("full_shift", *changes), Means())
     assert said in str(failed.value)
+
+
+@pytest.mark.parametrize(
+    ("lacking", "doubts"),
+    [
+        ("", [False, False, False]),
+        ("prove_cones", [True, False, True]),
+        ("prove_connections", [False, True, True]),
+        ("prove_transversal", [False, False, True]),
+    ],
+)
+def test_the_last_theorem_needs_what_those_before_it_need(
+    data: Any, lacking: str, doubts: list[bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
+    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [], []))
+    checks: dict[str, Any] = {"prove_cones": coverings}
+    checks |= dict.fromkeys(("prove_connections", "prove_transversal"), connections)
+    for name, module in checks.items():
+        failed = Undecided("not shown") if name == lacking else None
+        monkeypatch.setattr(module, name, Mock(side_effect=failed))
+    proven = full_shift.checked(asked("full_shift"), data)
+    assert list(map(bool, proven.doubts)) == doubts
 
 
 @pytest.mark.parametrize(
