@@ -157,6 +157,25 @@ def test_energies_are_those_that_the_config_asks_for(
         full_shift.theorems(config, {**data, **more})
 
 
+@pytest.mark.parametrize(
+    ("energies", "words"),
+    [
+        ({"h": exact("1.3342"), "h0": None}, "energy that differs from h by at most 0.25"),
+        ({"h": None, "h0": exact("1.3342")}, "from h0 + 0.5 by at most 0.25, but the starts are"),
+    ],
+)
+def test_a_theorem_names_the_energies_for_which_it_holds(
+    energies: dict[str, Any], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nothing: Any = None
+    proven = full_shift.Proven([], [], nothing, [], [], None, ("", "", ""))
+    monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
+    config = asked("full_shift")
+    config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
+    *_, last = full_shift.theorems(config, {"energies": {"shift": 0.5, "spread": 0.25}})
+    assert words in last
+
+
 @pytest.mark.slow
 def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
     data: Any, monkeypatch: pytest.MonkeyPatch
