@@ -1,5 +1,6 @@
 """The experiment `closed_orbits`: counts, averages, verification, results told apart."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
+from rigidpend.routes.symbolic.closed import closed
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
@@ -46,6 +48,26 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     averages = data["averages"]
     off = np.abs(averages["mean"][1:] - averages["long_orbit"])
     assert (off < 4 * averages["long_orbit_error"]).all()
+
+
+def test_the_error_of_the_long_orbit_is_that_of_the_mean_of_its_ten_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of growths 0, 1, ..., 999 the parts have the means 49.5, 149.5, ..."""
+    monkeypatch.setattr(closed_orbits, "stretching", lambda _: np.arange(1000.0))
+    averages = computed(asked("closed_orbits", *SMALL, "problem.longest=1"))["averages"]
+    assert averages["long_orbit"] == 499.5
+    assert averages["long_orbit_error"] == pytest.approx(100 * math.sqrt(11 / 12), rel=1e-14)
+
+
+def test_a_stable_orbit_has_the_sign_of_its_trace(monkeypatch: pytest.MonkeyPatch) -> None:
+    traces = {(0,): 1.0, (1,): -1.0}
+    monkeypatch.setattr(
+        closed_orbits, "closed", lambda *of: closed(*of)._replace(trace=traces[of[1]])
+    )
+    orbits = computed(asked("closed_orbits", *SMALL, "problem.longest=1"))["orbits"]
+    assert orbits["stable"].tolist() == [True, True]
+    assert orbits["positive"].tolist() == [True, False]
 
 
 def test_words_of_up_to_four_symbols_have_a_row_each() -> None:
