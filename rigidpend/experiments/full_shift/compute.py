@@ -34,10 +34,10 @@ SIDE = 24
 """Points on each side of an outline."""
 NUMBERS_OF_LINE = ("e1", "e2", "centre", "half", "wide")
 """Names of the numbers of a line of starts that are stored."""
-SECONDS, FASTER, LONGER = 1.0, 0.45, 2.8
-"""Seconds that a proof takes, and those for each unit of nu; the factor for each further length.
+SECONDS, DEEPER, LONGER = 1.0, 0.1, 2.8
+"""Seconds that a proof takes, and those for nu^2; the factor for each further length.
 
-Measured on one core with five bodies, and with one to three lengths."""
+Measured on one core with eight bodies, and with one to three lengths."""
 FURTHER = (
     "all of them stretch one way and shrink the other: each sequence of sets has one orbit in them",
     "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
@@ -335,4 +335,4 @@ def _values(family: Family, u: Array, v: Array) -> Array:
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes, where the first sets prove a full shift."""
     problem = config.problem
-    return (SECONDS + FASTER * problem.body.nu) * LONGER ** (problem.lengths - 1)
+    return (SECONDS + DEEPER * problem.body.nu**2) * LONGER ** (problem.lengths - 1)
