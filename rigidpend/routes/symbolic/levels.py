@@ -258,7 +258,7 @@ class Surface(NamedTuple):
             phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
             at, inside = made.started(Qp, phase)
             if not inside.all():
-                raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
+                raise MapError(f"J1_0 = {float(self.problem.J1_0)} lies outside of the normal form")
             I = at.u * at.v
             b = -(phase + np.log(at.v) / level.rates(I).exponent)
             return Arrival(I[1], b[1], (I[2] - I[0]) / (2 * STEP), (b[2] - b[0]) / (2 * STEP))
