@@ -82,8 +82,8 @@ def check_start(problem: RouteProblem) -> None:
     """
     if 2 * problem.J1_0.at(53) > problem.J2_0(53):
         raise MapError(
-            f"J1_0 = {problem.J1_0} is above J2_0/2: orbits that start beside the upper periodic"
-            " orbit do not begin in the normal form, which is the lower one's"
+            f"J1_0 = {float(problem.J1_0)} is above J2_0/2: orbits that start beside the upper"
+            " periodic orbit do not begin in the normal form, which is the lower one's"
         )
 
 
@@ -133,7 +133,7 @@ class Maps:
             # The first crossing of one orbit shows whether starts lie in the range of the normal
             # form. Orbits that leave the tables later are integrated.
             if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
-                raise MapError(f"J1_0 = {run.problem.J1_0} lies outside of the normal form")
+                raise MapError(f"J1_0 = {float(run.problem.J1_0)} lies outside of the normal form")
 
     def _settle(self, budget: float, in_doubles: float) -> None:
         """Make the sharpest of the wanted maps that converge and are cheap enough.

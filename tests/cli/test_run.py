@@ -3,6 +3,7 @@
 import json
 import pickle
 import re
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -86,11 +87,17 @@ def test_a_terminal_has_one_line_that_changes_and_keeps_none_of_what_failed(
 ) -> None:
     monkeypatch.setattr(progress, "changes", lambda: True)
     monkeypatch.setattr(progress, "PERIOD", 0.01)
-    monkeypatch.setenv("COLUMNS", "80")
+    # What takes the place of stderr here is no terminal, whose size tqdm could ask for.
+    monkeypatch.setattr("tqdm.std._screen_shape_wrapper", lambda: lambda _: (79, 23))
 
     def run(planned: runner.Plan, **how: Any) -> str:
         how["report"]("in the midst of it")
-        time.sleep(0.1)
+        # However long the thread waits that changes the line.
+        shown, deadline = f"; {planned.config.name}: in the midst", time.monotonic() + 20
+        stderr: Any = sys.stderr.buffer
+        while shown not in stderr.getvalue().decode():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
         if planned.config.name == "b":
             raise store.StoreError("no room")
         return ""

@@ -1,11 +1,12 @@
 """Estimates of the time that experiments take, beside times that were measured."""
 
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.splitting import compute as splitting
+from rigidpend.routes.symbolic import levels
 from tests.experiments.trees import asked
 
 BODIES = {
@@ -19,6 +20,7 @@ BODIES = {
     "b": ("[2, 1.04, 1.7]", "[sqrt(0.3), sqrt(0.66), 0]", "0.003", "1"),
     "c": ("[2, 1, 1.2]", "[sqrt(0.8), sqrt(0.2), 0]", "0.001", "1"),
     "e": ("[2, 1.3, 1.72]", "[sqrt(0.28), sqrt(0.42), 0]", "0.01", "1"),
+    "flat": ("[2, 1.57, 1.82]", "[0.18, 0.98, 0]", "0.0042", "1"),
     "long": ("[2, 0.9, 1.4]", "[2, 1, 0]", "0.02", "0.8"),
 }
 """A, r, mu and the energy."""
@@ -74,6 +76,8 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
         ("generic", 1, "null"): 3.71,
         ("slow", 1, "null"): 2.33,
         ("e", 1, "null"): 5.04,
+        ("fig5", 1, "null"): 18.7,
+        ("flat", 1, "null"): 23.9,
     },
     ("fig4_zoom", "h0", "levels", "count", "n_symbols"): {
         ("fig4", 12, 62, 15): 2.77,
@@ -92,8 +96,14 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
 
 Keys are the shipped config, the name of its energy, and those of the settings."""
 CASES = [(of, case) for of, times in TIMES.items() for case in times]
+PRECESSION = {"all": 1.52, "slow": 0.27, "generic": 0.36, "fig5": 0.44, "flat": 0.46}
 SPLITTING = {"all": 5.7, "generic": 0.36, "fig5": 0.75}
-"""The same for the splitting: of the shipped config's bodies, or of one with its weights."""
+"""The same for two more experiments: of the shipped config's bodies, or of one with its weights."""
+ONE_BODY = [
+    (name, body, seconds)
+    for name, times in (("precession", PRECESSION), ("splitting", SPLITTING))
+    for body, seconds in times.items()
+]
 
 
 @pytest.mark.parametrize(("of", "case"), CASES, ids=str)
@@ -109,8 +119,25 @@ def test_experiments_take_a_third_to_thrice_the_estimate(
     assert 1 / 3 < estimate / TIMES[of][case] < 3
 
 
-@pytest.mark.parametrize("body", SPLITTING)
-def test_splittings_take_a_third_to_thrice_the_estimate(body: str) -> None:
+@pytest.mark.parametrize(("name", "body", "seconds"), ONE_BODY)
+def test_bodies_with_many_weights_take_a_third_to_thrice_the_estimate(
+    name: str, body: str, seconds: float
+) -> None:
     A, r, *_ = BODIES.get(body, ("", ""))
-    one = (f"problem.bodies={{q: {{A: {A}, r: {r}}}}}", "problem.drawn=q") if A else ()
-    assert 1 / 3 < splitting.cost(asked("splitting", *one)) / SPLITTING[body] < 3
+    one = (f"problem.bodies={{q: {{A: {A}, r: {r}}}}}",) if A else ()
+    # The splitting draws one of its bodies, the precession one of its weights.
+    drawn = ("problem.drawn=q",) if A and name == "splitting" else ()
+    estimate = experiments.cost(name, asked(name, *one, *drawn))
+    assert estimate is not None
+    assert 1 / 3 < estimate / seconds < 3
+
+
+@pytest.mark.parametrize("body", ["fig4", "generic", "long"])
+def test_asymptotic_orbits_are_estimated_without_a_map(
+    body: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That takes a second, which a dry run should not; a first look takes some milliseconds."""
+    monkeypatch.setattr(levels, "return_map", Mock(side_effect=AssertionError))
+    given = zip(("A", "r", "mu", "h"), BODIES[body], strict=True)
+    config = asked("asymptotic_orbits", *(f"problem.{key}={value}" for key, value in given))
+    assert (experiments.cost(config.experiment, config) or 0) > 0.3

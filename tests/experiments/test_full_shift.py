@@ -1,6 +1,7 @@
 """The experiment `full_shift`: what it proves, what it says where it does not, and its report."""
 
 import math
+from fractions import Fraction
 from typing import Any
 from unittest.mock import Mock
 
@@ -10,10 +11,19 @@ from flint import arb, ctx
 
 from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.full_shift import LAYOUT, draw
+from rigidpend.experiments.full_shift import LAYOUT, draw, proof
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import chains, connections, coverings, family_orbits, horseshoe
+from rigidpend.routes.certified import (
+    chains,
+    connections,
+    coverings,
+    family_orbits,
+    horseshoe,
+    passages,
+    sections,
+    start_lines,
+)
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.pieces import FamilyStep
 from tests.experiments.trees import asked, reference
@@ -79,6 +89,24 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
     assert two.lengths == 2
 
 
+@pytest.mark.slow
+def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() -> None:
+    """Fig. 5's body: 37 of them, in which a bound grows by 2^29, and of a line that is wide."""
+    problem = "A=[2, 1.5, 1.8]", "r=[0, 1, 0]", "mu=0.01", "h=10/9", "half_turns=37"
+    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
+    of = horseshoe.ShiftProblem(given.body, given.h, given.half_turns)
+    [setting] = horseshoe.trials(of, given.half_turns)
+    sets = horseshoe.quads(setting)
+    numbers = sections.Numbers.of(given.body, given.h)
+    found = passages.arrival(numbers, sets[0], family_orbits.pieces(setting, sets[0]))
+    for k, other in enumerate(sets[2:], 2):
+        relation = coverings.relation(found, other, found.box, k)
+        assert relation.edge > 1 > relation.across
+    starts, ends = start_lines.line(setting, Fraction(given.J1_0.fraction), sets)
+    link = chains.Link(starts, setting, theta2=ends)
+    assert chains.crosses(link, link.pieces(), sets)
+
+
 NOT_SHOWN: list[tuple[Any, ...]] = [
     # Hess: one of the surfaces does not split.
     (["problem.r=[1, sqrt(2), 0]"], "half rotations begin beside the heteroclinic orbits"),
@@ -133,7 +161,7 @@ def test_the_last_theorem_needs_what_those_before_it_need(
     for name, module in checks.items():
         failed = Undecided("not shown") if name == lacking else None
         monkeypatch.setattr(module, name, Mock(side_effect=failed))
-    proven = full_shift.checked(asked("full_shift"), data)
+    proven = proof.checked(asked("full_shift"), data)
     assert list(map(bool, proven.doubts)) == doubts
 
 
@@ -168,7 +196,7 @@ def test_a_theorem_names_the_energies_for_which_it_holds(
     energies: dict[str, Any], words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     nothing: Any = None
-    proven = full_shift.Proven([], [], nothing, [], [], None, ("", "", ""))
+    proven = proof.Proven([], [], nothing, [], [], None, ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
     config = asked("full_shift")
     config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})

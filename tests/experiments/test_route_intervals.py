@@ -10,7 +10,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from rigidpend.experiments.route_intervals import compute
+from rigidpend.experiments.route_intervals import compute, draw
 from rigidpend.experiments.route_intervals.compute import contradictions
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -194,3 +194,16 @@ def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) ->
     columns["codes"][1, 30] ^= 1
     with pytest.raises(ArithmeticError, match=r"contradict those of theta2_0 = \[3\.0"):
         computed(given, part=part)
+
+
+def test_a_blank_beside_the_codes_is_outside_of_their_frame() -> None:
+    """Single starts end before 2 pi, where intervals do, and these begin behind the first start."""
+    ends = []
+    for axes in draw.draw(reference("fig4_intervals")).axes:
+        [mesh] = axes.collections
+        x = mesh.get_coordinates()[..., 0]  # type: ignore[attr-defined]
+        ends.append((x.min(), x.max()))
+        sides = [axes.spines[side].get_position() for side in ("left", "right")]
+        assert sides == [("data", end) for end in ends[-1]]
+        assert axes.spines["top"].get_bounds() == axes.spines["bottom"].get_bounds() == ends[-1]
+    np.testing.assert_allclose(ends, [(-0.05, 6.25), (0, 2 * np.pi)])

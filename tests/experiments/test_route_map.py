@@ -11,6 +11,7 @@ from rigidpend import Body, route_codes
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.machine import files
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
@@ -220,3 +221,19 @@ def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_on
     [((one, orbits), _)] = seconds.call_args_list
     assert float(one.body.mu) == pytest.approx(mu)
     assert orbits == 12 // arrays
+
+
+def test_a_run_says_of_how_many_cells_orbits_do_not_return() -> None:
+    """Of this nearly symmetric body more than a quarter, in doubles as in 160 bits."""
+    body = ("problem.A=[2, 1.9, 1.95]", "problem.r=[0, 1, 0]", "problem.mu=0.24", "problem.h0=1")
+    rows = "problem.rows={axis: mu, ends: [0.23, 0.25], count: 4}"
+    reported: list[str] = []
+    given = asked("route_map", *SMALL, *body, rows, "problem.theta2_0.count=10")
+    codes = computed(given, report=reported.append)["codes"]
+    stay = int((codes == NO_SYMBOL).any(axis=0).sum())
+    assert stay > 10
+    said = f"; {stay} stay beside a pendulum motion, and no number of bits decides"
+    assert reported[-1] == f"plane: 40 of 40 cells{said}"
+    reported.clear()
+    computed(content(), report=reported.append)
+    assert reported[-1] == "plane: 20 of 20 cells"

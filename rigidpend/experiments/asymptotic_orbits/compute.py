@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from functools import partial
 
@@ -18,13 +19,17 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.records import columns
 from rigidpend.orbits.return_map import MapError
+from rigidpend.orbits.return_map.looks import Rough, first_look, whole_reach
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import samples
 from rigidpend.routes.problem import passage_rotations, rotation_period
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.levels import ChainLevel
-from rigidpend.routes.symbolic.sharp import Launch, sharp
+from rigidpend.routes.symbolic.levels import ChainLevel, displacement
+from rigidpend.routes.symbolic.sharp import Launch, integration_bits, sharp
+from rigidpend.surfaces.melnikov import amplitude
 
 SECONDS, ROTATION = 0.1, {PAIRS: 1.6e-4, 2 * PAIRS: 1e-3}
 """Seconds of each length of codes, and of a rotation of an orbit, by the bits of its integration.
@@ -68,10 +73,10 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def cost(config: Config) -> float:
-    """Estimate of the seconds that a config takes on one core; the body's map is made for it."""
+    """Estimate of the seconds that a config takes on one core, without the body's map."""
     problem = config.problem
     try:
-        level = ChainLevel.of(problem.body, problem.h)
+        bits = _bits(problem)
     except MapError:
         return SECONDS
     # Longer passages than are asked for are not followed.
@@ -79,7 +84,18 @@ def cost(config: Config) -> float:
     spare = max(problem.half_turns - FEWEST * turns, 0.5)
     growth, lengths = CHOICES[0] + CHOICES[1] * spare, range(problem.symbols + 1)
     followed = sum(2 * growth**n * (ENDS * problem.body.nu + n * turns / 2) for n in lengths)
-    return SECONDS * len(lengths) + ROTATION[Launch(level, problem.J1_0).bits] * followed
+    return SECONDS * len(lengths) + ROTATION[bits] * followed
+
+
+def _bits(problem: Problem) -> int:
+    """Bits of the integration, from a first look at the layer and from Melnikov's splitting."""
+    p, h = problem.body.angles(), float(problem.h)
+    body = Rough(coefficients(p, "1", precision(53)), h)
+    widest = max(first_look(body, whole_reach(body)).widths)
+    # |I| on the lower orbit's surface to first order: separatrix 2 is that of upward crossings.
+    J2 = math.sqrt(2 * h / p.kappa)
+    split = 2 * p.kappa * J2 * p.mu * abs(amplitude(2, J2, p))
+    return integration_bits(displacement(widest, split, PAIRS))
 
 
 def _ordered(launch: Launch, orbits: DoublyAsymptotic) -> DoublyAsymptotic:

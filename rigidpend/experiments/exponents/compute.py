@@ -39,12 +39,15 @@ def compute(config: Config, means: Means) -> Tree:
     grown, followed, allowed = _followed(orbits, theta2, J1, n, means)
     # The map in doubles may follow another orbit: its growth counts only with the established code.
     known = (codes.certain == n) & (followed == codes.codes).all(axis=0)
+    # Rounded up to a power of two, which compresses to some bits a cell in the file.
+    exponent, allowed = grown[-1] / n, 2.0 ** np.ceil(np.log2(allowed / n))
+    # A value that may err by as much as itself, or more, says nothing.
+    known &= allowed < np.abs(exponent)
     means.report(f"{int(known.sum())} of {known.size} cells are known")
     return {
         "codes": codes.codes.reshape(n, *shape),
-        "exponent": np.where(known, grown[-1] / n, np.nan).reshape(shape),
-        # Rounded up to a power of two, which compresses to some bits a cell in the file.
-        "allowed": np.where(known, 2.0 ** np.ceil(np.log2(allowed / n)), np.nan).reshape(shape),
+        "exponent": np.where(known, exponent, np.nan).reshape(shape),
+        "allowed": np.where(known, allowed, np.nan).reshape(shape),
         "theta2_0": x,
         "log10_J1_0": y,
         "marked": float(np.log10(float(problem.J1_0))),

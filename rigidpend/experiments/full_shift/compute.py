@@ -2,42 +2,34 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.full_shift import RELATIONS
+from rigidpend.experiments.full_shift.outlines import drawn
+from rigidpend.experiments.full_shift.proof import Proven, checked, spread_of
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.experiments.shared import columns, rational
-from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Array
-from rigidpend.routes.certified import connections, coverings, pieces, sections
+from rigidpend.routes.certified import pieces, sections
 from rigidpend.routes.certified.balls import alone
-from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.coverings import Relation
-from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.passages import Reached
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.pieces import FamilyStep, Quad
 
 # What finds a proof is imported where one is sought: a proof is checked without it.
 if TYPE_CHECKING:
     from rigidpend.routes.certified.chains import Link, OrbitCrossings
     from rigidpend.routes.certified.horseshoe import ShiftProblem
 
-SIDE = 24
-"""Points on each side of an outline."""
 NUMBERS_OF_LINE = ("e1", "e2", "centre", "half", "wide")
 """Names of the numbers of a line of starts that are stored."""
-SECONDS, FASTER, LONGER = 1.0, 0.45, 2.8
-"""Seconds that a proof takes, and those for each unit of nu; the factor for each further length.
+SECONDS, DEEPER, LONGER = 1.0, 0.1, 2.8
+"""Seconds that a proof takes, and those for nu^2; the factor for each further length.
 
-Measured on one core with five bodies, and with one to three lengths."""
+Measured on one core with eight bodies, and with one to three lengths."""
 FURTHER = (
     "all of them stretch one way and shrink the other: each sequence of sets has one orbit in them",
     "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
@@ -66,7 +58,7 @@ def compute(config: Config, means: Means) -> Tree:
     doubts = []
     try:
         approach = _approach(config)
-        for setting in horseshoe.trials(_found(config, approach), config.problem.half_turns):
+        for setting in horseshoe.trials(_problem(config, approach), config.problem.half_turns):
             means.report(f"sets are found, with passages of {setting.described}")
             try:
                 return _proven(config, setting, approach, means)
@@ -75,6 +67,41 @@ def compute(config: Config, means: Means) -> Tree:
     except (MapError, ArithmeticError) as doubt:
         doubts.append(str(doubt))
     raise ArithmeticError(f"undecided, nothing is proven: {'; '.join(doubts)}")
+
+
+def _approach(config: Config) -> OrbitCrossings | None:
+    """The orbit along which starts come to the sets; None if a config asks for none."""
+    from rigidpend.routes.certified.chains import OrbitCrossings
+    from rigidpend.routes.symbolic import NoOrbit, find_orbit
+
+    problem = config.problem
+    if problem.approach is None:
+        return None
+    assert problem.h0 is not None
+    try:
+        found = find_orbit(problem.body, problem.approach, h0=problem.h0, J1_0=problem.J1_0)
+    except NoOrbit as reason:
+        raise ArithmeticError(f"there is no approach: {reason}") from None
+    return OrbitCrossings(float(found.theta2_0), found.d, found.chi)
+
+
+def _problem(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
+    """The problem of a config, at its energy or at that of a line's middle, for starts of one J2_0.
+
+    Half rotations and bits are left open.
+    """
+    from rigidpend.routes.certified import horseshoe, start_lines
+
+    problem = config.problem
+    if problem.h is not None:
+        found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=spread_of(config))
+    elif problem.h0 is not None and approach is not None:
+        of = problem.body, problem.h0, rational(config.problem.J1_0)
+        found = start_lines.of_start(*of, approach.theta2)
+    else:
+        assert problem.h0 is not None
+        found = start_lines.of_one_J2(problem.body, problem.h0, rational(config.problem.J1_0))
+    return found._replace(lengths=problem.lengths)
 
 
 def _proven(
@@ -113,98 +140,53 @@ def _stored(
     means: Means,
 ) -> Tree:
     """The result with its margins, if the proof holds; Undecided if it does not."""
-    starts: Any = links[0].start
-    setting = links[0].setting
-    before: Any = [link.start for link in links[1:]]
-    line: dict[str, Any] = {name: float(getattr(starts, name)) for name in NUMBERS_OF_LINE}
-    data: dict[str, Any] = {
-        "sets": pieces.packed_quads(sets),
-        "line": line,
-        "proof": pieces.packed(orbits),
-    }
-    if setting.spread:
-        data["energies"] = pieces.packed_energies(setting.shift, setting.spread, sets, starts)
-    if before:
-        data["approach"] = pieces.packed_quads(before)
+    data = _offered(sets, orbits, links)
     # What is stored is checked, in the form in which a reader gets it.
     proven = checked(config, data)
     count = sum(map(len, proven.relations))
     means.report(f"every code occurs: {count} covering relations are proven, and those of a line")
+    _add_margins(data, proven, links[0].theta2)
+    return {**data, "drawn": drawn(sets, proven)}
+
+
+def _offered(
+    sets: Sequence[Quad], orbits: Sequence[Sequence[FamilyStep]], links: Sequence[Link]
+) -> dict[str, Any]:
+    """What a proof consists of: sets, a line of starts, energies, an approach and polynomials."""
+    starts: Any = links[0].start
+    before: Any = [link.start for link in links[1:]]
+    data: dict[str, Any] = {
+        "sets": pieces.packed_quads(sets),
+        "line": {name: float(getattr(starts, name)) for name in NUMBERS_OF_LINE},
+        "proof": pieces.packed(orbits),
+    }
+    if (of := links[0].setting).spread:
+        data["energies"] = pieces.packed_energies(of.shift, of.spread, sets, starts)
     if before:
+        data["approach"] = pieces.packed_quads(before)
+    return data
+
+
+def _add_margins(data: dict[str, Any], proven: Proven, theta2: tuple[float, float]) -> None:
+    """Add to what was checked the symbols, bounds and margins that it proves.
+
+    `theta2` are the ends of the line of starts, radians.
+    """
+    if "approach" in data:
         data["approach"]["symbol"] = np.array(proven.symbols, dtype=np.int64)
     found = proven.arrivals
+    shortest, longest = np.transpose([each.duration for each in found])
     data["sets"] |= {
         "symbol": np.array([int(each.right) for each in found]),
         **columns(("bound", "late"), found),
-        **dict(
-            zip(("shortest", "longest"), np.transpose([x.duration for x in found]), strict=True)
-        ),
+        "shortest": shortest,
+        "longest": longest,
     }
     of_line = [name for name in RELATIONS if name != "orientation"]
-    line |= {"theta2": np.array(links[0].theta2), "bound": proven.start.bound}
-    line |= columns(of_line, proven.crossed)
+    data["line"] |= {"theta2": np.array(theta2), "bound": proven.start.bound}
+    data["line"] |= columns(of_line, proven.crossed)
     rows = [columns(RELATIONS, pair) for pair in proven.relations]
-    relations = {name: np.array([row[name] for row in rows]) for name in RELATIONS}
-    return {**data, "relations": relations, "drawn": _drawn(sets, proven)}
-
-
-class Proven(NamedTuple):
-    """Crossings and relations that a result proves, and theorems that stay undecided."""
-
-    arrivals: list[Reached]
-    """The next crossings of each set."""
-    relations: list[list[Relation]]
-    """The relations of each set."""
-    start: Reached
-    """Crossings of the line of starts, or of the last set of its approach."""
-    crossed: list[Relation]
-    """The relations of the line, or of the last set of its approach."""
-    symbols: list[int]
-    """The symbols of the approach."""
-    theta2: tuple[float, float] | None
-    """Bounds on theta2_0 of the starts, radians; None without an approach."""
-    doubts: tuple[str, str, str]
-    """Reasons for which Theorems 3, 4 and 8 are undecided; empty texts where they are proven."""
-
-
-def checked(config: Config, data: Data) -> Proven:
-    """Check the proof of a result without integration, and return what it proves.
-
-    Of its data the groups `sets`, `line`, `proof` and, if there are, `energies` and `approach` are
-    used, no margins. Undecided where Theorems 1 and 2 are not shown; the text says why.
-    """
-    energies, approach = data.get("energies"), data.get("approach")
-    sets = pieces.unpacked_quads(data["sets"], energies)
-    before = pieces.unpacked_quads(approach) if approach else []
-    numbers = _numbers(config, *pieces.unpacked_energies(energies))
-    orbits = pieces.unpacked(data["proof"], len(sets) + 1 + len(before))
-    starts = pieces.unpacked_line(rational(config.problem.J1_0), data["line"], energies)
-    arrivals, relations = coverings.prove(numbers, sets, orbits[: len(sets)])
-    links: list[tuple[Quad | StartLine, list[FamilyStep]]]
-    links = list(zip([starts, *before], orbits[len(sets) :], strict=True))
-    start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)
-    if tuple(symbols) != _asked(config):
-        raise Undecided("the symbols of the approach differ from those that its config asks for")
-    # Theorems 1 and 2 are proven here: a doubt on a further one is noted, and does not end the
-    # check. With an approach nothing is claimed of how many starts have a code: no C7 of the line.
-    cones = [*itertools.chain(*relations), *([] if before else crossed)]
-    cone = _doubt(coverings.prove_cones, cones)
-    middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
-    of_line = starts, links[0][1], start
-    crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
-    theta2 = sections.phases(numbers, starts, links[0][1]) if before else None
-    # Theorem 8 needs C7 and C8 as well.
-    doubts = cone, middle, cone or middle or crossing
-    return Proven(arrivals, relations, start, crossed, list(map(int, symbols)), theta2, doubts)
-
-
-def _doubt(check: Callable[..., Any], *of: Any) -> str:
-    """The reason for which a further theorem is undecided; empty where it is proven."""
-    try:
-        check(*of)
-    except Undecided as doubt:
-        return str(doubt)
-    return ""
+    data["relations"] = {name: np.array([row[name] for row in rows]) for name in RELATIONS}
 
 
 def theorems(config: Config, data: Data) -> list[str]:
@@ -233,106 +215,7 @@ def _of_starts(proven: Proven) -> str:
     return f"a line of starts with {starts} {after}"
 
 
-def _asked(config: Config) -> tuple[int, ...]:
-    """The symbols of the approach that a config asks for."""
-    from rigidpend.routes.symbolic.address import parsed
-
-    asked = config.problem.approach
-    return () if asked is None else parsed(asked).symbols
-
-
-def _approach(config: Config) -> OrbitCrossings | None:
-    """The orbit along which starts come to the sets; None if a config asks for none."""
-    from rigidpend.routes.certified.chains import OrbitCrossings
-    from rigidpend.routes.symbolic import NoOrbit, find_orbit
-
-    problem = config.problem
-    if problem.approach is None:
-        return None
-    assert problem.h0 is not None
-    try:
-        found = find_orbit(problem.body, problem.approach, h0=problem.h0, J1_0=problem.J1_0)
-    except NoOrbit as reason:
-        raise ArithmeticError(f"there is no approach: {reason}") from None
-    return OrbitCrossings(float(found.theta2_0), found.d, found.chi)
-
-
-def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
-    """The problem of a config, at its energy or at that of a line's middle, for starts of one J2_0.
-
-    Half rotations and bits are left open.
-    """
-    from rigidpend.routes.certified import horseshoe, start_lines
-
-    problem = config.problem
-    if problem.h is not None:
-        found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
-    elif problem.h0 is not None and approach is not None:
-        of = problem.body, problem.h0, rational(config.problem.J1_0)
-        found = start_lines.of_start(*of, approach.theta2)
-    else:
-        assert problem.h0 is not None
-        found = start_lines.of_one_J2(problem.body, problem.h0, rational(config.problem.J1_0))
-    return found._replace(lengths=problem.lengths)
-
-
-def _spread(config: Config) -> Fraction:
-    """Half of the width of the energies that a config asks for, rounded upward."""
-    wide = float(exact(config.problem.h or 0) * config.problem.around)
-    return Fraction(math.nextafter(wide, math.inf) if wide else 0)
-
-
-def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numbers:
-    """The numbers of the body and of a proof's energies; Undecided if not the config's."""
-    problem = config.problem
-    # Of one h the interval may be wider than asked for, but not elsewhere; of one h0 it may be any,
-    # since the checker proves that those of the line's starts are among them (C6).
-    if problem.h is not None:
-        if shift or spread < _spread(config):
-            raise Undecided("the energies are not those of the config")
-        return sections.Numbers.of(problem.body, problem.h, spread)
-    assert problem.h0 is not None
-    if not spread:
-        raise Undecided("starts of one J2_0 have more energies than one")
-    return sections.Numbers.of(problem.body, problem.h0 + exact(shift), spread, problem.h0)
-
-
-def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
-    """Outlines of the sets and of their images, and the line's image, by the polynomials."""
-    side, one = np.linspace(-1, 1, SIDE), np.ones(SIDE)
-    around = np.concatenate((side, one, -side, -one)), np.concatenate((-one, side, one, -side))
-    images = [(found.d, found.g) for found in proven.arrivals]
-    own = [_in_chart(sets, quad.rising, sections.place(quad), *around) for quad in sets]
-    over = [_in_chart(sets, not q.rising, x, *around) for q, x in zip(sets, images, strict=True)]
-    start, rising = proven.start, sets[proven.crossed[0].target].rising
-    line = _in_chart(sets, rising, (start.d, start.g), side, 0 * side)
-    return {
-        f"{prefix}{name}": np.array(outlines)
-        for prefix, each in (("", zip(*own, strict=True)), ("image_", zip(*over, strict=True)))
-        for name, outlines in zip(("chi", "d"), each, strict=True)
-    } | {"line_chi": line[0], "line_d": line[1]}
-
-
-def _in_chart(
-    sets: Sequence[Quad], rising: bool, where: tuple[Family, Family], u: Array, v: Array
-) -> tuple[Array, Array]:
-    """The coordinates chi and d of points of a section, d less that of the stable surface."""
-    d, g = (_values(each, u, v) for each in where)
-    # The sets of a section lie on either side of its stable surface, equally far: the mean of
-    # their curves is near it.
-    curves = [np.array(quad.p, dtype=float) for quad in sets if quad.rising == rising]
-    return -np.arcsin(g), d - np.polynomial.polynomial.polyval(g, np.mean(curves, axis=0))
-
-
-def _values(family: Family, u: Array, v: Array) -> Array:
-    """Values at some u and v of a family that does not depend on x, at the energy w = 0."""
-    terms = family.doubled.to_dict().items()
-    unit = 2.0 ** -(family.bits + 1)
-    middle = ((c, at) for at, c in terms if not at[3])
-    return np.asarray(sum(int(c) * unit * u ** int(k) * v ** int(l) for c, (_, k, l, _) in middle))
-
-
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes, where the first sets prove a full shift."""
     problem = config.problem
-    return (SECONDS + FASTER * problem.body.nu) * LONGER ** (problem.lengths - 1)
+    return (SECONDS + DEEPER * problem.body.nu**2) * LONGER ** (problem.lengths - 1)

@@ -12,11 +12,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Table
+from rigidpend.numbers.generic import Array
 
 ROW, CELL, AROUND = 0.22, 0.1, 1.3
 """Heights of a row of intervals and of a row of columns, and room around both, inches."""
@@ -43,9 +45,7 @@ def draw(result: Loaded) -> Figure:
 def _draw_columns(axes: Axes, columns: Data) -> bool:
     """Draw a column for each start; return True if a symbol is uncertain."""
     phases, certain = columns["theta2_0"], columns["certain"]
-    plots.draw_codes(
-        axes, plots.column_edges(phases), columns["codes"], edgecolors="0.6", linewidth=0.2
-    )
+    _draw_codes(axes, plots.column_edges(phases), columns["codes"])
     plots.mark_doubt(axes, phases, certain)
     axes.set_title("single starts", loc="left")
     return not certain.all()
@@ -57,13 +57,22 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
     places = np.stack((intervals["place"], intervals["place"] + 1.0))
     ends = 2 * np.pi * places / 2.0 ** intervals["depth"]
     edges = np.append(ends[0], ends[1, -1])
-    plots.draw_codes(axes, edges, codes, edgecolors="0.6", linewidth=0.2)
+    _draw_codes(axes, edges, codes)
     axes.set(xlabel=plots.axis_label(MEANING["theta2_0"]), yticks=np.arange(len(codes)) + 1)
     axes.set_title("all starts of an interval, proven", loc="left")
     for row, share in enumerate(shares, 1):
         # Rounded down: a proven share must not be overstated.
         text = f"{np.floor(1000 * share) / 10:.1f} %"
         axes.text(1.01, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=7.5)
+
+
+def _draw_codes(axes: Axes, edges: Array, codes: NDArray[np.uint8]) -> None:
+    """Draw codes in a frame that ends where they do."""
+    plots.draw_codes(axes, edges, codes, edgecolors="0.6", linewidth=0.2)
+    # Both panels have one axis: inside of a frame a blank beside the codes would look like ones.
+    for side, place in (("left", edges[0]), ("right", edges[-1])):
+        axes.spines[side].set_position(("data", place))
+    axes.spines[["top", "bottom"]].set_bounds(edges[0], edges[-1])
 
 
 CAPTION = (

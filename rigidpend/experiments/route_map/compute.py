@@ -17,6 +17,7 @@ from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
@@ -74,10 +75,14 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     ]
 
     def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
+        stay = 0
         for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
             yield {key: ((..., rows, columns), values) for key, values in tile.items()}
             done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
             text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
+            # Said as soon as there are some: more bits would take longer, and decide nothing.
+            if stay := stay + int((tile["codes"] == NO_SYMBOL).any(axis=0).sum()):
+                text += f"; {stay} stay beside a pendulum motion, and no number of bits decides"
             means.report(PartDone(text, done, x.size * y.size))
 
     first_rows, first_columns = tiles[0][1]

@@ -32,8 +32,8 @@ TOLERANCE = 2.0**-100
 """Tolerance of the integration."""
 MOST_GAMMA3 = 0.97
 """Largest |gamma3| in a set."""
-LENGTH = 2.0
-"""Length of a step times the rate of the unstable direction, about."""
+LENGTH, TURNS = 2.0, 2.0
+"""Largest length of a step times the rate of the unstable direction, and in half rotations."""
 NOISE_BITS = 8
 """Bits below a unit at which coefficients count as round-off."""
 GROWTH = 1.4
@@ -82,7 +82,8 @@ def to_crossing(
     # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
     # have fixed lengths, multiples of 2^-10 that are exact in doubles; the last one goes on to the
     # crossing, and its length is a polynomial.
-    steps = max(3, math.ceil(float(times.max()) * setting.rate / LENGTH) + 1)
+    longest = min(LENGTH / setting.rate, TURNS * setting.half_turn)
+    steps = max(3, math.ceil(float(times.max()) / longest) + 1)
     length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
     rest = PairArray.of((times - starts[-1]) / 2)[None, None]

@@ -17,6 +17,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+from flint import arb
 from numpy.polynomial import polynomial
 
 from rigidpend.mechanics.body import Body
@@ -26,6 +27,7 @@ from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.certified.pieces import Quad, quad_from
+from rigidpend.routes.certified.sections import Numbers
 
 IN_PAIRS = precision(96)
 """Arithmetic of pairs of doubles."""
@@ -106,6 +108,17 @@ class ShiftProblem(NamedTuple):
         """The rate at which orbits beside the periodic ones part, in 1/t'."""
         level = self.level
         return float(level.exponent[0, 0] / level.rotation[0, 0])
+
+    @property
+    def half_turn(self) -> float:
+        """The time of a half rotation beside the periodic orbits, t'."""
+        return math.pi * float(self.level.rotation[0, 0])
+
+    @property
+    def faster(self) -> float:
+        """The rate at which a bound on a distance grows, less that of the distance, in 1/t'."""
+        growth = Numbers.of(self.body, self.h, self.spread).growth
+        return float(growth.rate(arb(self.rate) / growth.saddle, arb(0))) - self.rate
 
     @property
     def nodes(self) -> tuple[int, int, int, int]:
@@ -318,8 +331,9 @@ def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     """The setting with bits enough for given sets."""
     # Images of the sets of fewest half rotations are about as far from the unstable surface as
     # these sets are from the stable one; others are nearer by a factor for each half rotation.
-    further = 2 * (setting.lengths - 1) * math.pi * float(setting.level.exponent[0, 0])
-    away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further)
-    return setting._replace(
-        bits=min(MOST_BITS, max(FEWEST_BITS, math.ceil(SPARE_BITS - 2 * math.log2(away))))
-    )
+    further = 2 * (setting.lengths - 1) * setting.half_turn
+    away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further * setting.rate)
+    # Over a passage orbits part by the factor 1/away, the bound on their distance by more.
+    growth = setting.faster * (setting.half_turns * setting.half_turn + further)
+    bits = SPARE_BITS + (growth - 2 * math.log(away)) / math.log(2)
+    return setting._replace(bits=min(MOST_BITS, max(FEWEST_BITS, math.ceil(bits))))

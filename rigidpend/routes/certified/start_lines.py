@@ -5,6 +5,7 @@ Nothing is proven of them here. Angles are in radians, times are t', dimensionle
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -28,6 +29,7 @@ from rigidpend.routes.certified.horseshoe import (
     MOST_ITERATIONS,
     OVERSHOOT,
     SETTLED,
+    SPARE_BITS,
     ShiftProblem,
     energies_of,
     moving,
@@ -170,7 +172,10 @@ def line_pieces(
     `theta2` are the ends of the line, radians.
     """
     a, in_w = IN_PAIRS, setting.nodes[3] if setting.h0 is None else 1
-    grid = FamilyGrid(setting.nodes[1], IN_ASIDE if of.wide else 1, in_w)
+    # Each further node gains as many bits as half of the half-length is below 1.
+    bits = setting.bits - LINE_BITS
+    in_u = math.ceil((bits - SPARE_BITS) / -math.log2(of.half / 2))
+    grid = FamilyGrid(max(in_u, setting.nodes[1]), IN_ASIDE if of.wide else 1, in_w)
     u, v, w = grid.at
     starts, goal = LineStarts(setting, of.J1, w), 0 * u
     for x in (of.centre, *of.moves)[::-1]:
@@ -188,7 +193,7 @@ def line_pieces(
     for k, one in enumerate(nodes(in_w, precision(53))):
         entered = LineStarts(setting, of.J1, one).entered(a.floats(phase)[k::in_w])
         times[k::in_w] = entered.time
-    return to_crossing(setting, begin, times, grid, setting.bits - LINE_BITS)
+    return to_crossing(setting, begin, times, grid, bits)
 
 
 def _beside(

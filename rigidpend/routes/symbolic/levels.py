@@ -94,6 +94,15 @@ def widest_d(level: EnergyLevel) -> float:
     return max(float(chart.forward.width) for chart in level.charts)
 
 
+def displacement(widest: float, split: float, bits: int) -> float:
+    """Largest displacement of an orbit on a surface by roundings in `bits` bits, radians.
+
+    `widest` is the largest |d| of tables and `split` the splitting of the surface, as |I|.
+    """
+    # Tables round by `widest` 2^-bits what changes by `split` in a radian of a surface.
+    return math.ldexp(MOST_ROUNDINGS * widest / split, -bits)
+
+
 class ChainLevel:
     """The return map of a body at one energy, in the form in which chains use it.
 
@@ -197,9 +206,7 @@ class ChainLevel:
 
         `split` is the splitting of that surface, as |I|; by default that of the lower orbit.
         """
-        # Tables round by `widest_d` 2^-bits what changes by `apart` in a radian of a surface.
-        apart = self.splitting if split is None else split
-        return math.ldexp(MOST_ROUNDINGS * self.widest_d / apart, -bits)
+        return displacement(self.widest_d, self.splitting if split is None else split, bits)
 
     def half_turns(self, I: float) -> float:
         """The half rotations, any real number, of a passage with |I| between multiples of pi."""
@@ -258,7 +265,7 @@ class OrbitFamily(NamedTuple):
             phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
             at, inside = made.started(Qp, phase)
             if not inside.all():
-                raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
+                raise MapError(f"J1_0 = {float(self.problem.J1_0)} lies outside of the normal form")
             I = at.u * at.v
             b = -(phase + np.log(at.v) / level.rates(I).exponent)
             return Arrival(I[1], b[1], (I[2] - I[0]) / (2 * STEP), (b[2] - b[0]) / (2 * STEP))

@@ -71,6 +71,11 @@ class Anchors(NamedTuple):
     """Derivative of the angle b in theta2 on the surface."""
 
 
+def integration_bits(displaced: float) -> int:
+    """Bits of the integration, where roundings in pairs displace an orbit by so many radians."""
+    return 2 * PAIRS if displaced > FINEST_ERROR else PAIRS
+
+
 class Launch:
     """Orbits on the unstable surface of a level, each given by its theta2 where J1 is tiny.
 
@@ -79,9 +84,7 @@ class Launch:
     """
 
     def __init__(self, level: ChainLevel, J1_0: Exact) -> None:
-        self.level, self.bits = level, PAIRS
-        if level.displaced(PAIRS) > FINEST_ERROR:
-            self.bits *= 2
+        self.level, self.bits = level, integration_bits(level.displaced(PAIRS))
         bits = self.bits + 2 * GUARD_BITS
         self.a, self.p, m = precision(bits), level.body.angles(bits), context(bits)
         self.h, self.J1_0 = level.energy.in_context(m), J1_0.in_context(m)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from flint import arb
 
-from rigidpend.experiments.full_shift import compute as full_shift
+from rigidpend.experiments.full_shift import proof
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.checker import Undecided
@@ -166,7 +166,7 @@ def test_cones_and_the_middle_are_asked_of_all(
     ):
         monkeypatch.setattr(module, "check_middle", middle)
         monkeypatch.setattr(module, transversal, lambda *_: None)
-    found = full_shift.checked(typed(Config, CONFIG, []), stored.data)
+    found = proof.checked(typed(Config, CONFIG, []), stored.data)
     given = check_full_shift.read(offered.STORED)
     check_coverings.prove(
         offered.GIVEN, given.quads, check_sections.Line(offered.J1, *given.line), given.orbits
@@ -311,7 +311,7 @@ def test_the_second_checker_reads_the_symbols_of_an_address(address: str, word: 
 def test_the_stored_proof_holds_in_both_checkers(
     stored: Stored, followed: None, tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data, found = stored.data, full_shift.checked(typed(Config, CONFIG, []), stored.data)
+    data, found = stored.data, proof.checked(typed(Config, CONFIG, []), stored.data)
     for name in ("target", "orientation", "edge", "across", "stretch", "squeeze"):
         numbers = [[getattr(one, name) for one in pair] for pair in found.relations]
         np.testing.assert_allclose(numbers, data["relations"][name], rtol=1e-6)

@@ -16,6 +16,7 @@ from flint import arb
 from rigidpend import Body
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import compute as full_shift
+from rigidpend.experiments.full_shift import proof
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import (
@@ -54,7 +55,7 @@ class Found(NamedTuple):
     """What the experiment finds and proves of starts of one J2_0."""
 
     data: Any
-    proven: full_shift.Proven
+    proven: proof.Proven
     quads: list[Quad]
     orbits: list[list[FamilyStep]]
     """Steps of the four sets and of the line."""
@@ -64,10 +65,10 @@ class Found(NamedTuple):
 
 @pytest.fixture(scope="module")
 def found() -> Found:
-    proven: list[full_shift.Proven] = []
-    check = full_shift.checked
+    proven: list[proof.Proven] = []
+    check = proof.checked
 
-    def checked(config: Config, data: Any) -> full_shift.Proven:
+    def checked(config: Config, data: Any) -> proof.Proven:
         proven.append(check(config, data))
         return proven[-1]
 
@@ -247,7 +248,7 @@ def test_a_proof_is_of_the_energies_of_its_config(
     monkeypatch.setattr(coverings, "prove", proved := Mock(side_effect=Undecided))
     energies = {"shift": shift, "spread": float(spread), "moves": np.zeros((4, 1, 1)), "line": []}
     data = stored.data | ({"energies": energies} if by else {})
-    doubt = said(full_shift.checked, typed(Config, CONFIG, changes), data)
+    doubt = said(proof.checked, typed(Config, CONFIG, changes), data)
     assert doubt.startswith(reason)
     assert proved.called is not bool(reason)
     if proved.called:
