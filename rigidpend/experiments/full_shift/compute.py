@@ -152,7 +152,7 @@ def _stored(
 def _offered(
     sets: Sequence[Quad], orbits: Sequence[Sequence[FamilyStep]], links: Sequence[Link]
 ) -> dict[str, Any]:
-    """What a proof consists of: sets, a line of starts, energies, an approach and polynomials."""
+    """The parts of a proof: sets, a line of starts, energies, an approach and polynomials."""
     starts: Any = links[0].start
     before: Any = [link.start for link in links[1:]]
     data: dict[str, Any] = {
