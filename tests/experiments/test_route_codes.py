@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
@@ -109,6 +110,18 @@ def test_parts_that_were_kept_may_be_of_another_size(
             assert list(kept) == names
         del kept[lost]
     assert {"only.00000002", "only.00000003", "only.00000004"} < set(kept)
+
+
+def test_progress_is_a_share_of_the_orbits_of_all_arrays(
+    content: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[Any] = []
+    monkeypatch.setattr(route_codes, "PART", 0.0)
+    monkeypatch.setattr(route_codes, "LANES", 1)
+    result(content, report=heard.append)
+    shares = {str(line): line.share for line in heard if isinstance(line, PartDone)}
+    assert shares["only: 3 of 5 orbits"] == 3 / 7
+    assert shares["second: 1 of 2 orbits"] == 6 / 7
 
 
 def test_long_passages_are_told_before_they_begin(

@@ -52,8 +52,10 @@ def compute(config: Config, means: Means) -> Tree:
             f"passages are long: about {rotations:,.0f} rotations of the pendulum each;"
             f" some {expected} in all"
         )
+    before, every = 0, sum(grid.count for grid in problem.arrays.values())
     for name, grid in problem.arrays.items():
-        routes = _in_parts(name, grid.phases, config, means)
+        routes = _in_parts(name, grid.phases, config, means, (before, every))
+        before += grid.count
         means.report(f"{name}: {_summary(routes)}")
         groups[name] = {**routes._asdict(), "melnikov_zeros": zeros}
         # The field is stored only if maps decided some orbits.
@@ -62,10 +64,16 @@ def compute(config: Config, means: Means) -> Tree:
     return groups
 
 
-def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
-    """Compute the routes of all phases in parts of some seconds, sized by the time of the last."""
+def _in_parts(
+    name: str, phases: Grid, config: Config, means: Means, orbits: tuple[int, int]
+) -> RouteCodes:
+    """Compute the routes of all phases in parts of some seconds, sized by the time of the last.
+
+    `orbits` are the numbers of orbits in earlier arrays and in all, for the finished share.
+    """
     found: list[RouteCodes] = []
     first, seconds = 0, column_cost(config, len(phases))
+    before, every = orbits
     mapped = at_stake(config.problem.routes, len(phases), means.arithmetic.precisions)
     while first < len(phases):
         fewest = LANES if seconds < SLOW else 1
@@ -76,7 +84,7 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
             text = f"{name}: {first} of {len(phases)} orbits"
-            means.report(progress.PartDone(text, first, len(phases)))
+            means.report(progress.PartDone(text, before + first, every))
         begun = time.perf_counter()
         work = partial(_part, columns, len(phases), config, means)
         found.append(RouteCodes(**means.part(f"{name}.{first:08d}", work)))

@@ -7,7 +7,8 @@ integration, whichever is faster for that number of cells. If both do, every cel
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,18 @@ The first two precede the integration; most of them go into the numbers in 113 b
 def compute(config: Config, means: Means) -> Tree:
     """Compute the plane of a config and its zooms."""
     problem = config.problem
-    planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
+    cells = {name: x.values.size * y.values.size for name, (x, y) in problem.planes.items()}
+    done = dict.fromkeys(cells, 0)
+
+    def over(name: str, count: int) -> None:
+        done[name] = count
+        text = f"{name or 'plane'}: {count} of {cells[name]} cells"
+        means.report(PartDone(text, sum(done.values()), sum(cells.values())))
+
+    planes = {
+        name: _plane(name, axes, problem, means, partial(over, name))
+        for name, axes in problem.planes.items()
+    }
     whole = planes.pop("")
     across, upwards = problem.names
     whole |= {"y_axis": upwards, "marked": own_value(problem, upwards)}
@@ -63,8 +75,14 @@ def own_value(problem: Problem, axis: str) -> float:
     return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
 
 
-def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> Streamed:
-    """All cells of a plane, tile by tile."""
+def _plane(
+    name: str,
+    axes: tuple[Axis, Axis],
+    problem: Problem,
+    means: Means,
+    over: Callable[[int], None],
+) -> Streamed:
+    """All cells of a plane, tile by tile; `over` is told how many cells are done."""
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
@@ -79,9 +97,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
         for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
             yield {key: ((..., rows, columns), values) for key, values in tile.items()}
-            done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
-            text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
-            means.report(PartDone(text, done, x.size * y.size))
+            over(rows.stop * x.size if columns.stop == x.size else columns.stop * y.size)
 
     first_rows, first_columns = tiles[0][1]
     block = (first_rows.stop, first_columns.stop)
