@@ -48,6 +48,14 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     assert (off < 4 * averages["long_orbit_error"]).all()
 
 
+@pytest.mark.parametrize(("mu", "h"), [("1e-5", "0.013342"), ("0.2", "266.84")])
+def test_the_long_orbit_is_found_in_any_units(mu: str, h: str, data: Any) -> None:
+    """Energies of other units count the angle on the surface from elsewhere: same problem."""
+    averages = computed(asked("closed_orbits", *SMALL, f"problem.mu={mu}", f"problem.h={h}"))
+    for name, value in data["averages"].items():
+        assert averages["averages"][name] == pytest.approx(value, rel=1e-6)
+
+
 def test_words_of_up_to_four_symbols_have_a_row_each() -> None:
     """Of eight words up to rotation, four are of even length and two orbits each."""
     [table, _] = tables(shared_reference("closed_orbits"))

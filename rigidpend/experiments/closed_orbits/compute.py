@@ -89,7 +89,10 @@ def _long_orbit(level: ChainLevel, n: int, half_turns: int) -> tuple[float, floa
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
-    grown = stretching(chain_through(system, half_turns * np.arange(n + 1), 0.0))
+    # chi of the first crossing is close to this plus its angle on the unstable surface; it depends
+    # on the units of the energy.
+    origin = float(level.arriving(0.0, 0.0).chi[0])
+    grown = stretching(chain_through(system, half_turns * np.arange(n + 1), -origin))
     # Growths far apart along the orbit are nearly independent, and so are the means of the parts.
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
