@@ -7,6 +7,7 @@ import pytest
 
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
+from rigidpend.routes.symbolic import NoOrbit
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
@@ -33,6 +34,11 @@ def test_orbits_close(data: Any) -> None:
     assert verified.sum() == 4
     assert (orbits["closing"][verified] < orbits["closing_expected"][verified]).all()
     assert orbits["alone"].max() < 1e-11
+
+
+def test_a_word_without_an_orbit_is_named_with_what_helps() -> None:
+    with pytest.raises(NoOrbit, match=r"no orbit of 0 .* allow more .* half_turns = 5$"):
+        computed(asked("closed_orbits", *SMALL, "problem.half_turns=5"))
 
 
 def test_an_orbit_that_integration_leaves_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
