@@ -174,6 +174,21 @@ def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
             assert (places[:, 1] < box.y0).all()
 
 
+def test_exponents_that_differ_little_are_written_whole() -> None:
+    """And not as what they exceed 18.35 by."""
+
+    def change(data: Any) -> None:
+        data["orbits"]["exponent"] = 18.35 + data["orbits"]["exponent"] / 1000
+        data["averages"]["long_orbit"] = 18.353
+        data["averages"]["long_orbit_error"] = 1e-4
+
+    figure = drawn_with("closed_orbits", change)
+    figure.draw_without_rendering()
+    left = figure.axes[0]
+    assert left.yaxis.get_offset_text().get_text() == ""
+    assert all(x.get_text().startswith("18.35") for x in left.get_yticklabels())
+
+
 def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
     def change(data: Any) -> None:
         data["bodies"] = {"a": data["bodies"]["a"]}

@@ -54,6 +54,7 @@ def _draw_orbits(axes: Axes, data: Data) -> None:
         beside(axes, word, (place[k], exponent[k]), side, 0, **look)
     axes.set(xlabel="symbols of the word", ylabel="Lyapunov exponent per passage")
     axes.set_xticks(middles, [str(n + 1) for n in range(len(middles))])
+    axes.ticklabel_format(axis="y", useOffset=False)
     low, high = axes.get_ylim()
     # The legend stands above all marks.
     axes.set_ylim(low, high + 0.28 * (high - low))
