@@ -155,6 +155,16 @@ def test_weights_that_are_no_round_numbers_have_room(experiment: str) -> None:
     assert [plots.power(x) for x in (1e-6, 1 / 30, 0.3)] == ["10^{-6}", "0.0333", "0.3"]
 
 
+def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
+    def change(data: Any) -> None:
+        data["bodies"]["resolved"][:] = True
+
+    *_, table = drawn_with("splitting", change).axes
+    legend = table.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["53 bits", "106 bits"]
+
+
 @pytest.mark.parametrize("error", [1e-9, 0.4])
 def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
     """With another body a random orbit errs more or less than the orbits differ."""

@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
@@ -113,15 +114,19 @@ def test_parts_that_were_kept_may_be_of_another_size(
 
 
 def test_progress_is_a_share_of_the_orbits_of_all_arrays(
-    content: Any, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    third = SECOND.replace("second", "third")
+    path = written(tmp_path, SMALL)
+    content = loading.load(path, [SECOND, third, "problem.n_symbols=2"]).content
     heard: list[Any] = []
     monkeypatch.setattr(route_codes, "PART", 0.0)
     monkeypatch.setattr(route_codes, "LANES", 1)
     result(content, report=heard.append)
     shares = {str(line): line.share for line in heard if isinstance(line, PartDone)}
-    assert shares["only: 3 of 5 orbits"] == 3 / 7
-    assert shares["second: 1 of 2 orbits"] == 6 / 7
+    assert shares["only: 3 of 5 orbits"] == 3 / 9
+    assert shares["second: 1 of 2 orbits"] == 6 / 9
+    assert shares["third: 1 of 2 orbits"] == 8 / 9
 
 
 def test_long_passages_are_told_before_they_begin(

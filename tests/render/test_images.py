@@ -110,7 +110,7 @@ def test_a_foot_of_digits_and_capitals_ends_on_the_page(
     figure = Figure(figsize=(3.6, 2))
     monkeypatch.setattr(draw, "draw", lambda _: figure)
     result = reference("fig2")
-    result["attributes"]["name"] = "M_0 = 0.00862554346113913 " * 9
+    result["attributes"]["name"] = "M_0 = $0.00862554346113913 " * 9
     render.image(result, "png")
     [foot] = figure.texts
     assert foot.get_window_extent().x1 < figure.bbox.width

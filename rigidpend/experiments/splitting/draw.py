@@ -167,8 +167,7 @@ def _draw_table(axes: Axes, data: Data) -> str:
     if not bodies["resolved"].all():
         keys["not resolved"] = NONE
     patches = [Patch(fc=colour, ec="0.5", lw=0.5, label=said) for said, colour in keys.items()]
-    under = -0.24 if any("\n" in weight for weight in weights) else -0.19
-    below: Any = {"loc": "upper center", "bbox_to_anchor": (0.42, under), "ncols": 4}
+    below: Any = {"loc": "upper center", "bbox_to_anchor": (0.42, -0.19), "ncols": 4}
     close: Any = {"handlelength": 1.2, "columnspacing": 0.9, "handletextpad": 0.4}
     axes.legend(handles=patches, fontsize=6.5, **below, **close)
     return r"what is resolved: $\log_{10}$ of the error, precision"
