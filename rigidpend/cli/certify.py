@@ -66,7 +66,7 @@ def certify_command(
     paths = configs_of(names, folder, name)
     how: Any = {"jobs": jobs, "force": force, "scheduler": scheduler}
     for path, [loaded] in zip(paths, loading.load_swept(paths, settings, (), name), strict=True):
-        report, place = partial(_say, loaded.name), folder_of(path, folder)
+        report, place = partial(say, of=loaded.name), folder_of(path, folder)
         told[loaded.name] = certificates.certify(loaded, place, report=report, **how)
     if as_json:
         print_json({of: [each._asdict() for each in found] for of, found in told.items()})
@@ -74,7 +74,3 @@ def certify_command(
         for of, found in told.items():
             for each in found:
                 click.echo(f"{of}: {each}")
-
-
-def _say(name: str, text: str) -> None:
-    say(f"{name}: {text}")

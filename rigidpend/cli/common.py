@@ -136,10 +136,13 @@ def folder_of(path: Path, folder: Path) -> Path:
     return path.parent if path.suffix == ".h5" else folder
 
 
-def say(text: str) -> None:
-    """Write a message to stderr, so that stdout has data only; on a full disk it is lost."""
+def say(text: str, of: str = "") -> None:
+    """Write a message to stderr, so that stdout has data only; on a full disk it is lost.
+
+    It begins with the name `of` what it is about, if there is one.
+    """
     try:
-        click.echo(text, err=True)
+        click.echo(f"{of}: {text}" if of else text, err=True)
     except BrokenPipeError:
         raise
     except OSError:

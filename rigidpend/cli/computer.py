@@ -6,16 +6,13 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
 import click
 
 from rigidpend.cli.common import ABSENT, DONE, print_json, print_table, say
 from rigidpend.cli.options import JSON, OUT
 from rigidpend.machine.wording import counted
-
-if TYPE_CHECKING:
-    from rigidpend.machine.cache import Subfolder
 
 
 @click.command("cache")
@@ -36,29 +33,18 @@ def cache_command(clear: bool, as_json: bool) -> None:
     from rigidpend.machine import cache
 
     found = cache.subfolders()
-    whole = f"{cache.folder()}: {_size(sum(one.size for one in found))}"
+    whole = f"{cache.folder()}: {_size(sum(one.bytes for one in found))}"
     if clear:
         cache.clear()
         say(f"{whole} removed")
     elif as_json:
-        print_json({"folder": cache.folder(), "subfolders": [_document(x) for x in found]})
+        print_json({"folder": cache.folder(), "subfolders": [x._asdict() for x in found]})
     else:
         click.echo(whole)
         if found:
-            print_table([_row(one) for one in found])
-
-
-def _row(one: Subfolder) -> list[str]:
-    return [one.path.name, counted(len(one.files), "file"), _size(one.size), one.meaning]
-
-
-def _document(one: Subfolder) -> dict[str, Any]:
-    return {
-        "name": one.path.name,
-        "meaning": one.meaning,
-        "bytes": one.size,
-        "files": one.files,
-    }
+            print_table(
+                [(x.name, counted(len(x.files), "file"), _size(x.bytes), x.meaning) for x in found]
+            )
 
 
 def _size(count: int) -> str:
@@ -132,7 +118,7 @@ def _libraries() -> Iterator[Finding]:
 def _folders(results: Path) -> Iterator[Finding]:
     from rigidpend.machine import cache
 
-    size = sum(each.size for each in cache.subfolders())
+    size = sum(each.bytes for each in cache.subfolders())
     cost = "code and maps are made anew by each run, which takes seconds: set XDG_CACHE_HOME"
     ready = _writable(cache.folder())
     state = f"{size / 1e6:.0f} MB" if ready else "cannot be written"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,10 +88,7 @@ def measured(
 
     [path] = resolve((f"{name}_quick" if quick else name,))
     planned = runner.plan(loading.load(path, settings), folder, force=force)
-
-    def tell(text: str) -> None:
-        say(f"{planned.config.name}: {text}")
-
+    tell = partial(say, of=planned.config.name)
     if planned.reason:
         runner.follow(planned, jobs, tell)
     else:

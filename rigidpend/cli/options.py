@@ -17,9 +17,6 @@ NAMED = "NAME|FILE.yaml|RESULT.h5"
 class NamedPath(click.Path):
     """Type of an option for a file or a folder; an empty text is refused."""
 
-    def __init__(self, *, folder: bool) -> None:
-        super().__init__(file_okay=not folder, dir_okay=folder, path_type=Path)
-
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not str(value):
             self.fail(f"expected the name of a {self.name}, got empty text", param, ctx)
@@ -32,7 +29,8 @@ def complete_names(_: click.Context, __: click.Parameter, incomplete: str) -> li
     return [*map(CompletionItem, found)] or [CompletionItem(incomplete, type="file")]
 
 
-FOLDER, FILE = NamedPath(folder=True), NamedPath(folder=False)
+FOLDER = NamedPath(file_okay=False, path_type=Path)
+FILE = NamedPath(dir_okay=False, path_type=Path)
 OUT = click.option(
     "--out",
     "folder",

@@ -26,8 +26,6 @@ NAME = re.compile(r"\w[\w.,=+-]*")
 """Form of a name: no blank, no slash, and no dot or dash at its beginning."""
 IN_NAMES = str.maketrans({"/": "over", "*": "x", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Replacements in file names for characters of numbers."""
-FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
-"""Complaint about an option of another form."""
 
 
 class Sweep(NamedTuple):
@@ -90,7 +88,7 @@ def option(text: str) -> Sweep:
     origin = Origin(f"--sweep {text}")
     key, equals, values = text.partition("=")
     if not equals or not all(key.split(".")):
-        raise ConfigError.of(origin, FORM)
+        raise ConfigError.of(origin, "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3")
     texts = tuple(map(in_one_line, reader.value(f"[{values}]", origin)))
     twice = [text for text in texts if texts.count(text) > 1]
     if len(texts) < 2:

@@ -117,12 +117,6 @@ def _of_body(name: str) -> AfterValidator:
 _ANY_BODY: Any = {"A": exacts((2, 1, Fraction(3, 2))), "r": exacts((1, 0, 0)), "mu": 0}
 
 
-def _reaches(start: Exact, step: Exact, count: int) -> tuple[float, float, float, float]:
-    """Magnitudes, as doubles, of a grid's start, step, total length and farthest phase."""
-    first, last = abs(float(start)), abs(float(start + step * (count - 1)))
-    return first, abs(float(step)), abs(float(step * count)), max(first, last)
-
-
 Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]
 Whole = Annotated[int, BeforeValidator(_whole)]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
@@ -201,9 +195,8 @@ class PhaseGrid(Part):
 
     @model_validator(mode="after")
     def _range(self) -> Self:
-        first, _, whole, _ = _reaches(self.start, self.step, self.count)
-        for field, reach in (("start", first), ("step", whole)):
-            if not reach < LARGEST_NUMBER:
+        for field, reach in (("start", self.start), ("step", self.step * self.count)):
+            if not abs(float(reach)) < LARGEST_NUMBER:
                 message = f"phases beyond {LARGEST_NUMBER:.0e} cannot be resolved in doubles"
                 raise ParameterError(field, message)
         self.apart(FINEST_BITS)
@@ -211,9 +204,10 @@ class PhaseGrid(Part):
 
     def apart(self, bits: int) -> None:
         """Refuse phases that are equal in a precision: a step of 0, or one lost in rounding."""
-        _, step, _, farthest = _reaches(self.start, self.step, self.count)
-        # By ldexp, because 2.0**-bits vanishes below 2^-1074.
-        if self.count > 1 and not step > math.ldexp(farthest, -bits):
+        step = abs(float(self.step))
+        # A grid that reaches far beyond its start has steps that no precision loses there. By
+        # ldexp, because 2.0**-bits vanishes below 2^-1074.
+        if self.count > 1 and not step > math.ldexp(abs(float(self.start)), -bits):
             lost = f"equal in {bits} bits" if step else "equal in doubles"
             message = f"the step {self.step} makes {self.count} columns {lost}: take a larger one"
             raise ParameterError("step", message)

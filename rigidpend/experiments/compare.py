@@ -1,8 +1,8 @@
 """Comparison of two results, and bounds for the difference of a field between them.
 
-A layout declares the bound of each field: a number, a function to the allowed difference of each
-element, or a `Bound`. Bounds follow from the stored result and from declarations; an error that a
-fresh result states of itself widens none.
+A layout declares the bound of each field: a number, or a function to the allowed difference of
+each element or to the differences themselves. Bounds follow from the stored result and from
+declarations; an error that a fresh result states of itself widens none.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from rigidpend.experiments.data import ANY, Allowed, Bound, Data, Field, Layout, declared
+from rigidpend.experiments.data import ANY, Allowed, Data, Field, Layout, declared
 
 Scope: TypeAlias = ChainMap[str, Any]
 """A group of a result, with the groups that enclose it."""
@@ -117,7 +117,7 @@ def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
     kept = {x: node for x, node in nodes.items() if getattr(node, "within", None) != ANY}
     found = keys([x for x in kept if x in old], [x for x in kept if x in new])
     for x, node in kept.items():
-        if not found and isinstance(node, Field) and getattr(node.within, "sized", True):
+        if not found and isinstance(node, Field) and node.sized:
             found += _shapes(x, np.shape(old[x]), np.shape(new[x]))
     # The bound of one field may use others, also of enclosing groups: all must be there and fit.
     if found:
@@ -126,11 +126,9 @@ def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
         if not isinstance(node, Field):
             inner = _groups(node, stored.new_child(old[x]), fresh.new_child(new[x]))
             found += [difference.inside(x) for difference in inner]
-        elif isinstance(node.within, Bound):
-            found += node.within.apart(x, stored, fresh)
         else:
-            allowed = node.within(x, stored, fresh) if callable(node.within) else node.within
-            found += arrays(x, old[x], new[x], allowed)
+            told = node.within(x, stored, fresh) if callable(node.within) else node.within
+            found += told if isinstance(told, list) else arrays(x, old[x], new[x], told)
     return found
 
 
@@ -202,7 +200,7 @@ def of_field(other: str, share: float) -> Allowed:
     return lambda name, stored, fresh: share * np.abs(stored[other])
 
 
-def modulo(period: float, allowed: Allowed) -> Bound:
+def modulo(period: float, allowed: Allowed) -> Allowed:
     """Bound of each element of a periodic quantity."""
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
@@ -211,10 +209,10 @@ def modulo(period: float, allowed: Allowed) -> Bound:
         new = old + np.remainder(new - old + period / 2, period) - period / 2
         return arrays(name, old, new, allowed(name, stored, fresh))
 
-    return Bound(apart)
+    return apart
 
 
-def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
+def stated(most: float | Callable[[Data, Data], Any]) -> Allowed:
     """Bound of the errors that a fresh result states of itself.
 
     `most` is the largest admitted size, infinite for any, or a function to it from the two
@@ -229,4 +227,4 @@ def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
         told = "{} is stated, at most {:.2g} is declared"
         return gaps or arrays(name, np.zeros(errors.shape), errors, limit, told)
 
-    return Bound(apart)
+    return apart

@@ -45,6 +45,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidpend.experiments.data import Tree
 from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.workers import worth_processes
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
 
 if TYPE_CHECKING:
@@ -88,3 +89,11 @@ class Means(NamedTuple):
     """Checkpoint: ``part(name, compute)`` is ``compute()``, stored for an interrupted run."""
     pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
     """Checkpoints that other machines may compute; gives the trees in the order of the pieces."""
+
+    def threads(self, pieces: int) -> int:
+        """Number of threads that each of so many pieces may take.
+
+        Many pieces go to processes of one thread each, because threads would wait for each other's
+        Python code.
+        """
+        return 1 if worth_processes(pieces, self.jobs) else self.jobs

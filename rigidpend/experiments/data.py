@@ -22,8 +22,6 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray
 
-    from rigidpend.experiments.compare import Difference
-
 
 class Coming(NamedTuple):
     """An array that comes in blocks, in the place of its values."""
@@ -80,16 +78,8 @@ Allowed: TypeAlias = "Callable[[str, Data, Data], Any]"
 """Function for the allowed difference of each element, infinite where nothing is compared.
 
 It takes the field's name and the two groups, stored and fresh; a name that a group lacks is looked
-up in the enclosing groups. It returns a number, or an array that is broadcast to the values."""
-
-
-class Bound(NamedTuple):
-    """A comparison of a field in two results that allowed differences cannot express."""
-
-    apart: Callable[[str, Data, Data], list[Difference]]
-    """Takes the same arguments as :data:`Allowed`, and returns the differences."""
-    sized: bool = True
-    """True if the field must have the same shape in both results."""
+up in the enclosing groups. It returns a number, or an array that is broadcast to the values; or,
+where allowed differences cannot express what is compared, the list of the `Difference` found."""
 
 
 class Field(NamedTuple):
@@ -102,12 +92,14 @@ class Field(NamedTuple):
     description: str = ""
     gaps: bool = False
     """True if it may hold NaN or infinity."""
-    within: float | Allowed | Bound = 0.0
+    within: float | Allowed = 0.0
     """Allowed difference of doubles between two results; other elements must be equal."""
     symbol: str = ""
     """Letter in the label of an axis, as text of matplotlib."""
     coordinate: bool = False
     """True if it is the coordinate along its dimension."""
+    sized: bool = True
+    """True if it must have the same shape in both results."""
 
 
 def _field(
@@ -130,7 +122,7 @@ Layout: TypeAlias = Mapping[str, "Field | Layout"]
 Fields: TypeAlias = Mapping[str, Field]
 
 
-def held(bound: float | Allowed | Bound, fields: Fields) -> dict[str, Field]:
+def held(bound: float | Allowed, fields: Fields) -> dict[str, Field]:
     """The fields, with this bound for fields of doubles that declare none."""
     return {
         name: field._replace(within=bound)

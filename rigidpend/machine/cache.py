@@ -89,13 +89,13 @@ MEANING = {
 
 
 class Subfolder(NamedTuple):
-    """A subfolder of the cache."""
+    """A subfolder of the cache; a part of the document of ``cache --json``."""
 
-    path: Path
+    name: str
     meaning: str
+    bytes: int
+    """Size of all files together."""
     files: list[Path]
-    size: int
-    """Size of all files together, bytes."""
 
 
 def user_cache() -> Path:
@@ -170,7 +170,7 @@ def subfolders() -> list[Subfolder]:
 def _looked_at(path: Path) -> Subfolder:
     inside = sorted(one for one in path.rglob("*") if one.is_file() and not one.is_symlink())
     size = sum(one.lstat().st_size for one in inside)
-    return Subfolder(path, MEANING.get(path.name, "of another version"), inside, size)
+    return Subfolder(path.name, MEANING.get(path.name, "of another version"), size, inside)
 
 
 def clear() -> None:

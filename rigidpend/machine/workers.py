@@ -202,7 +202,9 @@ def _in_processes(
     coming: deque[Future[Result]] = deque()
     with _processes(workers, lines) as pool:
         for part in parts:
-            coming.append(_begun(pool, work, part, *given))
+            # The pool's processes may start at this moment.
+            with kept_from_children(), _program_hidden():
+                coming.append(pool.submit(work, part, *given))
             if len(coming) > ahead:
                 yield _result(coming.popleft(), meanwhile)
         while coming:
@@ -227,12 +229,6 @@ def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
             process.kill()
 
     return _ended(pool, end)
-
-
-def _begun(pool: Executor, work: Callable[..., Result], *given: Any) -> Future[Result]:
-    """Give work to a pool, whose processes may start at this moment."""
-    with kept_from_children(), _program_hidden():
-        return pool.submit(work, *given)
 
 
 @contextmanager

@@ -129,16 +129,11 @@ class Body:
         if not 0 < gamma.at(113) < alpha.at(113) < PI.at(113):
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
             raise BodyError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
-        # beta0 = 0 and pi are cases of (trieq): a double that is meant as one of them must not fail
-        # by its rounding.
-        if not -SAME_WITHIN <= beta.at(113) <= PI.at(113) + SAME_WITHIN:
-            raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta)}")
-        half_alpha, half_beta, half_gamma = alpha / 2, beta / 2, gamma / 2
+        half_alpha, half_gamma = alpha / 2, gamma / 2
         a1 = checked.number("A1", A1, BodyError)
         a3 = a1 * (function("sin", half_gamma) / function("sin", half_alpha)) ** 2
         a2 = a3 * (function("cos", half_alpha) / function("cos", half_gamma)) ** 2
-        direction = (function("cos", half_beta), function("sin", half_beta), exact(0))
-        return cls((a1, a2, a3), direction, mu)
+        return cls((a1, a2, a3), direction(beta), mu)
 
     def angles(self, bits: int = 53) -> Angles:
         """Parameters of the dimensionless equations, correctly rounded.
@@ -186,6 +181,15 @@ class Body:
             "flat": abs(a2 + a3 - a1) <= SAME_WITHIN * a1,
         }
         return tuple(name for name, holds in cases.items() if holds)
+
+
+def direction(beta0: Exact) -> tuple[Exact, Exact, Exact]:
+    """Direction r of the centre of gravity by (phi); BodyError unless 0 <= beta0 <= pi, radians."""
+    # beta0 = 0 and pi are cases of (trieq): a double that is meant as one of them must not fail by
+    # its rounding.
+    if not -SAME_WITHIN <= beta0.at(113) <= PI.at(113) + SAME_WITHIN:
+        raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta0)}")
+    return function("cos", beta0 / 2), function("sin", beta0 / 2), exact(0)
 
 
 def angles_from_moments(

@@ -277,11 +277,6 @@ def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
     return found
 
 
-def config(path: Path) -> dict[str, Any]:
-    """The config that a result file was made from, as plain data."""
-    return load(path)["config"]
-
-
 def attributes(path: Path) -> dict[str, Any]:
     """The root attributes of a result file."""
     with opened(path) as file, readable(path):

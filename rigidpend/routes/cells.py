@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side, spread
-from rigidpend.mechanics.body import Body, BodyError
+from rigidpend.mechanics.body import Body, BodyError, direction
 from rigidpend.numbers.exact import exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.records import columns, joined
 from rigidpend.routes import choice
-from rigidpend.routes.choice import Followed
+from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.run import Run, Starts, longest_wait
+from rigidpend.routes.problem import RouteProblem, passage_limit
+from rigidpend.routes.run import Run, Starts
 
 OF_BODY = ("mu", "beta0", "alpha0")
 """Parameters of the body that may change from cell to cell."""
@@ -66,18 +66,14 @@ def _changed(body: Body, values: tuple[tuple[str, Scalar], ...]) -> Body:
     """A body with other values; remembered, because many cells have the same body."""
     A, r, mu = body.A, body.r, body.mu
     for name, value in values:
-        half = exact(value) / 2
-        cos = function("cos", half)
         if name == "mu":
             mu = exact(value)
         elif name == "beta0":
-            # beta0/2 is the direction of the centre of gravity in the plane of axes 1 and 2, by
-            # (phi). The expressions are exact, and each precision rounds them anew.
-            r = cos, function("sin", half), exact(0)
+            r = direction(exact(value))
         else:
             if not 0 < float(value) < math.pi:
                 raise BodyError("alpha0", f"pi > alpha0 > 0 is broken: alpha0 = {value}")
-            A1, A2, _ = A
+            (A1, A2, _), cos = A, function("cos", exact(value) / 2)
             # A1 and A2 are kept: alpha0 is reached by the A3 between them at which (phi) gives it.
             A = A1, A2, A1 * A2 / (A2 + (A1 - A2) * cos**2)
     return Body(A, r, mu) if values else body
@@ -156,14 +152,14 @@ def _of_bodies(
         each: Any = zip(*(x.tolist() for x in values.values()), strict=True)
         problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
         # One limit for all orbits of the body: that of the orbit which waits longest.
-        patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
+        patient = max(problems, key=lambda one: passage_limit(one, arithmetic.precisions[0]))
         run = Run(patient, Phases(theta2_0), arithmetic, problems=problems)
         found.append(_cells(choice.decide(run, "integration")))
     return found
 
 
-def _cells(found: Followed) -> Cells:
+def _cells(found: Decided) -> Cells:
     """The part of decided orbits that a plane keeps."""
     # No symbol behind an uncertain one is certain, so that the number of certain symbols is enough.
-    certain = found.decided.certain.sum(axis=0).astype(np.uint8)
-    return Cells(symbols(found.decided.crossings.separatrix), certain, found.by_map)
+    certain = found.certain.sum(axis=0).astype(np.uint8)
+    return Cells(symbols(found.crossings.separatrix), certain, found.by_map)

@@ -79,13 +79,15 @@ class Contradiction(Exception):
 
 
 class Decided(NamedTuple):
-    """Crossings of n orbits, with the symbols that are certain and the precision of each orbit."""
+    """Crossings of n orbits, with the symbols that are certain, and how each orbit was found."""
 
     crossings: Crossings
     certain: NDArray[np.bool_]
     """(n_symbols, n), True where the symbol is established."""
     bits: NDArray[np.uint16]
     """(n,), the precision of the crossings that are kept."""
+    by_map: NDArray[np.bool_]
+    """(n,), True where return maps alone followed the orbit, which `choice` tells: else False."""
 
 
 Columns: TypeAlias = NDArray[np.intp]
@@ -146,7 +148,8 @@ def decide(
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
     Every column is computed twice in the first precision, and a third time where the two differ by
-    more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. Columns that are
+    more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. A single
+    computation, where no more are allowed, leaves all columns uncertain. Columns that are
     still uncertain are computed once in the next precision and compared with the last result; where
     the two differ, up to two further computations follow.
 
@@ -165,17 +168,20 @@ def decide(
         that precision, and returns a list of the columns of each piece with what was decided. By
         default all columns are one piece.
     most_computations : callable, optional
-        ``most_computations(bits)`` in a precision, 1 to 3; in the first one at least 2.
+        ``most_computations(bits)`` in a precision, 1 to 3.
     """
     least = precisions[0]
 
     def settle(columns: Columns) -> Decided:
         """Decide some columns in the first precision."""
-        first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
-        count = most_computations(least)
+        first, count = compute(least, FIRST_SCALES, columns), most_computations(least)
+        if count == 1:
+            certain = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
+            return _decided(first, certain, least)
+        second = compute(least, SECOND_SCALES, columns)
         third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
         certain = _established(first, second, rate, third, columns)
-        return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))
+        return _decided(second, certain, least)
 
     pieces = share(settle, np.arange(n), least)
     # The pieces come back in the order of the columns, so that joining them is enough.
@@ -230,9 +236,14 @@ def _further(
         else:
             third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
             certain = _established(before, sharper, rate, third, columns[open_])
-        decided = np.full(open_.size, bits, dtype=np.uint16)
-        put(known, open_, Decided(sharper, certain, decided))
+        put(known, open_, _decided(sharper, certain, bits))
     return known
+
+
+def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided:
+    """Crossings of one precision, with the symbols that it establishes."""
+    n = certain.shape[1]
+    return Decided(found, certain, np.full(n, bits, dtype=np.uint16), np.zeros(n, dtype=bool))
 
 
 def _established(

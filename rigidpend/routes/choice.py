@@ -45,14 +45,6 @@ LEAST_SAMPLE = 8
 """Least size of the sample of a part of the orbits, and size of that in one more precision."""
 
 
-class Followed(NamedTuple):
-    """Decided orbits, and which of them maps alone have followed."""
-
-    decided: Decided
-    by_map: NDArray[np.bool_]
-    """(n,), False where any part of an orbit was integrated."""
-
-
 def expected_seconds(
     problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS
 ) -> float:
@@ -70,7 +62,7 @@ def expected_seconds(
     return orbits * costs.integration(problem, precisions)
 
 
-def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Followed:
+def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided:
     """Decide all orbits of a run, by maps where these are expected to take less time.
 
     Parameters
@@ -122,7 +114,7 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Followe
                 each, all_ = costs.integration(run.problem, ladder), run.orbits
                 said = f"there are no return maps: {reason}"
                 costs.warned(run.problem, all_, all_, each, said)
-    return Followed(run.by_integration(), np.zeros(len(run.phases), dtype=bool))
+    return run.by_integration()
 
 
 class _Asked(NamedTuple):
@@ -149,7 +141,7 @@ def _counted(run: Run, few: bool) -> tuple[bool, bool]:
     return likely, due
 
 
-def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
+def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
     """Decide orbits as `certainty.decide` does, with maps in the place of integrations.
 
     Orbits that maps leave open are integrated if the precisions go beyond the maps', and compared
@@ -197,7 +189,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Followed:
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
     # Orbits that were integrated because maps left them open have more bits than the maps.
-    return Followed(known, (known.bits <= maps.most_bits) & ~left)
+    return known._replace(by_map=(known.bits <= maps.most_bits) & ~left)
 
 
 def with_maps(

@@ -16,7 +16,7 @@ from rigidpend.numbers.expressions import words
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes import choice
-from rigidpend.routes.choice import Followed
+from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
@@ -158,8 +158,8 @@ def codes_of(
     return routes_of(phases, choice.decide(run, method, use_kept=use_kept))
 
 
-def routes_of(phases: Phases, found: Followed) -> RouteCodes:
+def routes_of(phases: Phases, found: Decided) -> RouteCodes:
     """The routes of some phases, from their decided crossings."""
-    (time, separatrix, _), certain, bits = found.decided
+    (time, separatrix, _), certain, bits, by_map = found
     codes = symbols(separatrix)
-    return RouteCodes(phases.high, codes, certain, bits, time, separatrix, found.by_map)
+    return RouteCodes(phases.high, codes, certain, bits, time, separatrix, by_map)

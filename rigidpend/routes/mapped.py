@@ -38,7 +38,7 @@ from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 
 THIRDS = 100_000
-"""Number of orbits from which on a third map is made.
+"""Number of orbits from which on a third map is made, if doubles decide many of them.
 
 It spares one orbit in seven a computation in more bits. Its tables take 0.3 s of a core or more; it
 saves 0.8 microseconds an orbit in this call and in those that follow."""
@@ -54,9 +54,10 @@ DESIGNS = {FIRST_SCALES: FIRST, SECOND_SCALES: SECOND, THIRD_SCALES: THIRD}
 """The map that takes the place of an integration in some scales; its unit of M is the same."""
 
 
-def designs_of(orbits: int) -> list[Design]:
+def designs_of(problem: RouteProblem, orbits: int) -> list[Design]:
     """The designs of the maps that are made for so many orbits."""
-    return [FIRST, SECOND, THIRD][: 3 if orbits >= THIRDS else 2]
+    third = orbits >= THIRDS and costs.doubles_decide(problem)
+    return [FIRST, SECOND, THIRD][: 3 if third else 2]
 
 
 def expected_tables(problem: RouteProblem, orbits: int, budget: float) -> float:
@@ -67,7 +68,7 @@ def expected_tables(problem: RouteProblem, orbits: int, budget: float) -> float:
     with contextlib.suppress(MapError):
         check_start(problem)
         for map_bits in costs.wanted(problem):
-            tables = sum(_expected(problem, _tasks(designs_of(orbits), map_bits)).values())
+            tables = sum(_expected(problem, _tasks(designs_of(problem, orbits), map_bits)).values())
             if tables <= budget:
                 return tables
     return math.inf
@@ -124,7 +125,7 @@ class Maps:
         self.run, self.problem, self.only_kept = run, run.problem, only_kept
         self._lock, self._ready = threading.Lock(), dict[Task, Program]()
         self._budgets = dict[Task, float]()
-        self.designs = designs_of(run.orbits)
+        self.designs = designs_of(run.problem, run.orbits)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
         budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
         self._settle(budget, pays if least_time else math.inf)
@@ -143,13 +144,10 @@ class Maps:
             # Maps that do not converge, or cost too much, give way to the next ones.
             with contextlib.suppress(MapError):
                 self._make(map_bits, budget)
-                self._use(map_bits)
-                return
-        self._make(least, in_doubles)
-        self._use(least)
-
-    def _use(self, map_bits: tuple[int, int]) -> None:
-        """Take the maps whose first and second have these bits into use."""
+                break
+        else:
+            self._make(least, in_doubles)
+            map_bits = least
         self.map_bits, self.built_bits = map_bits, costs.built_bits(map_bits)
         made, asked = zip(map_bits, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
         # A map makes one computation beyond doubles, and this settles symbols only if it is sharper
@@ -199,11 +197,14 @@ class Maps:
         """The largest number of computations in a precision.
 
         In a map's own bits it is one, if a sharper computation follows: a second one would use the
-        second map, whose own bits are next. Integration makes a third one only in the last
+        second map, whose own bits are next. In doubles it is one if few orbits would be decided by
+        two before the first map's own computation. Integration makes a third one only in the last
         precision; before that, one computation in the next precision settles more.
         """
         last = max(self.run.arithmetic.precisions)
         if bits in self.design_by_bits and bits < last:
+            return 1
+        if bits == 53 and self.design_by_bits and not costs.doubles_decide(self.problem):
             return 1
         return 3 if bits == last or self.serve(bits, THIRD_SCALES) else 2
 

@@ -26,7 +26,6 @@ from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
 from rigidpend.orbits.records import joined
 from rigidpend.routes import certainty
-from rigidpend.routes.choice import Followed
 from rigidpend.routes.codes import RouteCodes, routes_of
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
@@ -78,7 +77,7 @@ class Neighbourhood:
             phase_rate(self.problem),
             self.arithmetic.precisions,
         )
-        return routes_of(taken, Followed(known, np.zeros(len(taken), dtype=bool)))
+        return routes_of(taken, known)
 
     def prefixes(self, phases: Sequence[Exact]) -> list[list[int]]:
         """The symbols of each of some phases, found by one computation in doubles, unconfirmed."""

@@ -81,8 +81,8 @@ class Phases:
             raise ExactError(f"theta2_0 must be finite doubles, got {bad}")
         self.near, far = self.high, np.flatnonzero(np.abs(self.high) >= FAR)
         if far.size:
-            self.near, within = self.high.copy(), map(_within_a_turn, self.exactly(far))
-            self.near[far], self.rest[far] = zip(*within, strict=True)
+            self.near, within = self.high.copy(), (angle(x, DOUBLED) for x in self.exactly(far))
+            self.near[far], self.rest[far] = zip(*map(_parted, within), strict=True)
 
     def __len__(self) -> int:
         return self.high.size
@@ -110,11 +110,6 @@ def _halves(x: Exact) -> tuple[float, float]:
         return nearest, float(rest)
     # More than twice the bits of a double, so that the rest has digits of its own.
     return _parted(x.at(DOUBLED))
-
-
-def _within_a_turn(x: Exact) -> tuple[float, float]:
-    """The double nearest to a phase without its whole turns, and the double of the difference."""
-    return _parted(angle(x, DOUBLED))
 
 
 def _parted(value: Any) -> tuple[float, float]:

@@ -162,6 +162,7 @@ def whisker_growth(nu: float) -> float:
     return math.hypot(1, 2 * nu / math.pi)
 
 
+@functools.lru_cache(maxsize=32)
 def passage_limit(problem: RouteProblem, bits: int) -> float:
     """Longest time t' that an orbit may take to its next crossing, in a computation of `bits` bits.
 

@@ -29,9 +29,6 @@ FEWEST_COLUMNS, MOST_COLUMNS, PIECES_A_THREAD = 256, 1024, 8
 SHARPENING = 100
 """Factor by which further computations have a finer tolerance, in doubles as far as these go."""
 
-longest_wait = functools.lru_cache(maxsize=32)(passage_limit)
-"""`passage_limit`, remembered: mpmath computes it, and all columns of a run have the same."""
-
 
 class Starts(NamedTuple):
     """Starts with different J1_0."""
@@ -91,7 +88,7 @@ class Run:
         # One limit for all columns, whatever their J1_0: so an orbit's result does not depend on
         # the columns beside it.
         patient = self.starts.least_problem if self.starts else self.problem
-        limit = longest_wait(patient, bits) / unit
+        limit = passage_limit(patient, bits) / unit
         found = integrate.crossings(
             Orbits(begin.coefficients, states, self.problem.n_symbols + 1, limit),
             engine=self.arithmetic.engine,

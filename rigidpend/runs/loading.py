@@ -168,7 +168,7 @@ def _read(path: Path) -> Document:
         return reader.read(path)
     from rigidpend.results import store
 
-    stored = expressions.everywhere(store.config(path))
+    stored = expressions.everywhere(store.load(path)["config"])
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 

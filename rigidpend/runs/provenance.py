@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import importlib.metadata
 import json
 import os
 import platform
+import re
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
@@ -65,14 +67,10 @@ def of_workers(crew: Mapping[str, int]) -> dict[str, str]:
 
 def processor_model() -> str:
     """The processor's name, as far as the system knows it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        lines = []
-    for line in lines:
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
+    known = None
+    with contextlib.suppress(OSError):
+        known = re.search("^model name.*?: (.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    return known[1].strip() if known else platform.processor() or platform.machine()
 
 
 def version(library: str) -> str:

@@ -100,7 +100,7 @@ def _compared(
     if "config_hash" in reasons and "config_hash" in known:
         # If the stored config cannot be read, the changed keys cannot be named.
         with contextlib.suppress(StoreError):
-            changed = writer.changes(store.config(target), config.resolved())
+            changed = writer.changes(store.load(target)["config"], config.resolved())
             reasons["config_hash"] += f"{': ' if changed else ''}{writer.sentence(changed)}"
     return known, "; ".join(reasons.values())
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.floquet import NotHyperbolic, periodic_orbit
 from rigidpend.mechanics.free_body import exponent
@@ -71,13 +71,11 @@ def surface_problem(
 
 def _direction(A: Sequence[Exact], beta0: Exact | None) -> tuple[Any, Any, Any]:
     """Direction r of the centre of gravity by (phi), of any length."""
-    if beta0 is None:
-        # Moments that make no body are refused later, by Body, with a better message.
-        first, second = (x if x.at(113) > 0 else exact(1) for x in (A[0] - A[2], A[2] - A[1]))
-        return function("sqrt", first), function("sqrt", second), 0
-    if not 0 <= float(beta0) <= math.pi:
-        raise ProblemError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {beta0}")
-    return function("cos", beta0 / 2), function("sin", beta0 / 2), 0
+    if beta0 is not None:
+        return direction(beta0)
+    # Moments that make no body are refused later, by Body, with a better message.
+    first, second = (x if x.at(113) > 0 else exact(1) for x in (A[0] - A[2], A[2] - A[1]))
+    return function("sqrt", first), function("sqrt", second), 0
 
 
 def S1_minus(

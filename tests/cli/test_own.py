@@ -36,7 +36,7 @@ def test_a_sweep_has_a_result_for_each_value_the_same_side_by_side_as_one_by_one
     succeeded(swept, "run", "mine", *SWEEP, "-j", "1", "--out", str(tmp_path))
     for mu, stored in (("1e-3", "1/1000"), ("1e-2", "1/100")):
         path = swept / "results" / f"mine_mu={mu}.h5"
-        assert store.config(path)["problem"]["mu"] == stored
+        assert store.load(path)["config"]["problem"]["mu"] == stored
         assert store.attributes(path)["name"] == f"mine_mu={mu}"
         assert path.with_suffix(".log").is_file()
         one, two = (store.load(x)["data"]["only"] for x in (path, tmp_path / path.name))
@@ -97,13 +97,6 @@ def test_the_proof_of_a_result_is_written_beside_it(swept: Path, tmp_path: Path)
     altered(file, file, lambda opened: opened["data/only/codes"].__setitem__((1, 0), 1 - symbol))
     done = call(swept, "verify", by_file, "--results", str(tmp_path))
     assert (done.returncode, "symbol 2 of column 0" in done.stdout) == (1, True)
-
-
-def test_a_setting_that_some_configs_do_not_know_is_said_with_their_names(tmp_path: Path) -> None:
-    done = call(tmp_path, "run", "fig4", "fig1", "fig2", "-n", "--set", "problem.J1_0=1e-10")
-    assert done.returncode == 2
-    heads = [line.partition(": --set ")[0] for line in done.stderr.splitlines()]
-    assert heads == ["fig1", "fig2"]
 
 
 def test_zeros_have_no_sign(tmp_path: Path) -> None:

@@ -17,10 +17,7 @@ from rigidpend.results import store
 from rigidpend.runs import runner
 from tests.cli.calls import call, succeeded
 from tests.config.samples import SMALL, ZOOM, changed, written
-
-
-def lines(path: Path) -> list[str]:
-    return [line.split(maxsplit=1)[1] for line in path.read_text().splitlines()]
+from tests.runs.checkers import lines
 
 
 @pytest.mark.slow

@@ -162,7 +162,7 @@ def test_a_kept_file_that_is_damaged_is_said_in_a_sentence(
 @pytest.fixture
 def of_24_MB(monkeypatch: pytest.MonkeyPatch) -> None:
     """To look through the true one takes longer than all else."""
-    monkeypatch.setattr(cache, "subfolders", lambda: [SimpleNamespace(size=1.2e7)] * 2)
+    monkeypatch.setattr(cache, "subfolders", lambda: [SimpleNamespace(bytes=1.2e7)] * 2)
 
 
 @pytest.mark.usefixtures("of_24_MB")

@@ -7,12 +7,11 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from rigidpend.config import catalogue, overrides, reader
+from rigidpend.config import overrides, reader
 from rigidpend.config.complaints import ConfigError
 from rigidpend.config.overrides import Sweep
-from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.runs import loading
-from tests.config.samples import FIG4, SMALL, TEXT, changed, content, refused, written
+from tests.config.samples import FIG4, SMALL, refused, written
 
 LEFT, RIGHT = (
     {"start": start, "step": step, "count": count}
@@ -45,21 +44,6 @@ def test_a_value_a_whole_list_or_a_mapping_is_replaced_or_added_and_the_rest_sta
     loaded, resolved = loading.load(FIG4, settings), loading.load(FIG4).resolved()
     resolved["problem"][key], resolved["figure"] = expected, ""
     assert (loaded.name, loaded.resolved()) == ("fig4", resolved)
-
-
-def test_what_the_file_leaves_out_or_has_wrong_can_be_set(tmp_path: Path) -> None:
-    bare = written(tmp_path, TEXT[: TEXT.index("numerics:")])
-    assert content(Config, bare, ["numerics.engine=scipy"]).numerics.engine == "scipy"
-    wrong = written(tmp_path, changed("mu: 0.001", "mu: x"))
-    assert content(Config, wrong, ["problem.mu=0"]).problem.mu.fraction == 0
-
-
-def test_the_word_that_the_settings_show_for_a_default_is_taken() -> None:
-    given = [f"problem.{key}=auto" for key in ("half_turns", "approach", "h0")]
-    problem = loading.load(catalogue.known()["full_shift"], given).content.problem
-    assert problem.model_dump(include={"half_turns", "approach", "h0"}) == dict.fromkeys(
-        ("h0", "half_turns", "approach")
-    )
 
 
 REFUSED = """
@@ -97,14 +81,6 @@ def test_all_wrong_settings_are_said_at_once() -> None:
     given = ["no", "problem.A.7=1", "problem.h0=[", "problem.mu=x", "problem.J1_0=1e-9"]
     found = refused(FIG4, given)
     assert [str(problem.origin) for problem in found] == [f"--set {x}" for x in given[:4]]
-
-
-def test_of_an_axis_the_ends_are_named_that_are_excluded() -> None:
-    given = ["problem.rows.count=40", "problem.zooms={}", "problem.rows.ends=[1e-6, 2]"]
-    [path] = catalogue.resolve(("route_map",))
-    with pytest.raises(ConfigError, match="h0 > mu is broken") as error:
-        loading.load(path, given)
-    assert [str(x.origin) for x in error.value.complaints] == [f"--set {given[2]}"]
 
 
 def test_every_combination_has_a_result_named_by_its_values(

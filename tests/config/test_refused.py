@@ -27,7 +27,8 @@ numerics: -> ^numeric: | numeric | did you mean numerics? (known: figure, experi
 problem:\n  A: [2, 1, 1.5]          # principal -> ^problem:\n  # principal | problem.A | required
 right: {start: 3*pi/40, -> ^right: { | problem.arrays.right.start | required
 experiment: route_codes -> experiment: ^[a] | experiment | closed_orbits
-experiment: route_codes -> experiment: ^null | experiment | closed_orbits
+experiment: route_codes -> experiment: ^null | experiment | required (known: asymptotic_orbits, asy
+figure: "4"\nexperiment: route_codes -> ^figure: "4" | experiment | required (known: asymptotic
 mu: 0.001 -> mu: ^true | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 mu: 0.001 -> mu: ^null | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 count: 63 -> count: ^6.5 | problem.arrays.left.count | 6.5 is not a whole number
@@ -46,6 +47,7 @@ h0: 1.3342 -> h0: ^tan(pi/2) | problem.h0 | tan(pi/2)
 1.5] -> ^nan] | problem.A.2 | 'nan' is not
 1.5] -> ^1/0] | problem.A.2 | 1/0
 mu: 0.001 -> mu: ^0.001#c | problem.mu | '0.001#c' is not a number: a comment begins with a blank
+step: 1/10, -> step: ^1e14, | problem.arrays.left.step | phases beyond 1e+15 cannot be resolved
 step: 1/10, -> step: ^0, | problem.arrays.left.step | the step 0 makes 63 columns equal in doubles
 n_symbols: 15 -> n_symbols: ^1e5000 | problem.n_symbols | is too large
 A: [2, 1, 1.5] -> A: ^[2, 1] | problem.A | expected 3 values, got 2

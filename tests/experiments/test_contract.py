@@ -10,6 +10,7 @@ import pytest
 from rigidpend import experiments
 from rigidpend.config import catalogue
 from rigidpend.config.description import Row
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import FLAG, FLOAT, NUMBER, TEXT, WHOLE, Field, Layout
 from rigidpend.runs import loading
 
@@ -33,7 +34,7 @@ def test_every_experiment_offers_what_the_contract_says(name: str) -> None:
     assert told.CAPTION.endswith(".")
     schema = experiments.schema(name)
     assert schema.__module__ == f"rigidpend.experiments.{name}.schema"
-    assert experiments.in_pieces(name) is (name == "route_map")
+    assert experiments.in_pieces(name) is (name in ("route_codes", "route_map"))
     declared = dict(fields(experiments.layout(name)))
     assert declared
     for field, node in declared.items():
@@ -50,6 +51,10 @@ def fields(layout: Layout) -> Iterator[tuple[str, Field]]:
             yield name.strip("?"), node
         else:
             yield from fields(node)
+
+
+def test_many_pieces_go_to_processes_of_one_thread() -> None:
+    assert [Means(jobs=2).threads(pieces) for pieces in (1, 7, 8)] == [2, 2, 1]
 
 
 @pytest.mark.parametrize("name", ["nonesuch", "..run", "route_codes.compute", ""])

@@ -39,11 +39,14 @@ REFUSED = {
     },
     "fig3": {
         "problem.bodies.b=[2, 3, 1]": "problem.bodies.b: A1 > A3 > A2 is broken",
-        "problem.beta0=4": "problem.beta0: 0 <= beta0 <= pi is broken",
+        **dict.fromkeys(
+            ("problem.beta0=4", "problem.beta0=-1"), "problem.beta0: 0 <= beta0 <= pi is broken"
+        ),
         "problem.beta0=alpha": "problem.beta0: 'alpha' is not understood",
         "problem.mu=-1": "problem.mu: mu >= 0 is broken",
+        "problem.M_0=0": "problem.M_0: M_0 > 0 is broken",
         "problem.M_0=0.01": "problem.M_0: h0 = M_0^2/(2 A3) > mu is broken",
-        "problem.J1_0=0.9": "problem.J1_0: J1_0 < J2_0/2000 is broken",
+        "problem.J1_0=1e-3": "problem.J1_0: J1_0 < J2_0/2000 is broken",
         "problem.half_width=1": "problem.half_width: half_width must be more than 1",
         "problem.half_width=100.1": "problem.half_width: half_width must be more than 1",
         "problem.theta2_0.count=10001": "problem.theta2_0: at most 10000 orbits",
@@ -77,7 +80,7 @@ REFUSED = {
         "problem.rows={axis: log10_J1_0, ends: [-10, 1], count: 4}": "J1_0",
         "problem.rows={axis: gamma0, ends: [1, 2], count: 4}": "problem.rows",
         "problem.rows={axis: alpha0, ends: [1, 4], count: 4}": "pi > alpha0 > 0",
-        "problem.rows={axis: beta0, ends: [1, 4], count: 4}": "r1, r2 >= 0 is broken",
+        "problem.rows={axis: beta0, ends: [1, 4], count: 4}": "0 <= beta0 <= pi is broken",
         "problem.rows={axis: h0, ends: [1/10000, 2], count: 4}": "h0 > mu",
         "problem.rows.axis=log10_J1": "got 'log10_J1'; did you mean log10_J1_0?",
         "problem.n_symbols=251": "n_symbols of a plane must be at most 250",

@@ -1,7 +1,7 @@
 """The experiment `route_codes`: it is the function of that name, and it knows two results apart."""
 
 import copy
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -9,6 +9,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -63,11 +64,14 @@ def test_each_array_is_route_codes_with_melnikov_s_zeros(
 def test_orbits_share_the_processes_that_a_run_may_take(
     content: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And a part of them is decided as all would be."""
     stop = Mock(side_effect=InterruptedError)
     monkeypatch.setattr(route_codes, "codes_of", stop)
+    monkeypatch.setattr(route_codes, "column_cost", lambda *_: 10.1)
     with pytest.raises(InterruptedError):
         result(content, jobs=3)
-    assert stop.call_args.args[3] == 3
+    assert (len(stop.call_args.args[1]), stop.call_args.args[3]) == (1, 3)
+    assert stop.call_args.kwargs == {"task_orbits": 5}
 
 
 def test_a_symbol_may_differ_where_it_was_uncertain_and_nowhere_else(data: Data) -> None:
@@ -90,27 +94,26 @@ def test_a_symbol_may_differ_where_it_was_uncertain_and_nowhere_else(data: Data)
             assert [field in text for text in more] == [True] * count
 
 
-def test_parts_that_were_kept_may_be_of_another_size(
-    content: Any, data: Data, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("seconds", "sizes"), [(1.9, [2, 2, 1]), (0.6, [3, 2]), (10.1, [1] * 5), (0.1, [4, 1])]
+)
+def test_parts_take_some_seconds_and_are_the_array(
+    content: Any, data: Data, monkeypatch: pytest.MonkeyPatch, seconds: float, sizes: list[int]
 ) -> None:
-    """Five columns in parts of two, and one alone; then, of another machine, smaller ones."""
-    kept: dict[str, Any] = {}
+    """Of five columns: two at least, but where each takes long, and four at most."""
+    parts: dict[str, Any] = {}
 
-    def part(name: str, compute: Callable[[], Any]) -> Any:
-        return kept[name] if name in kept else kept.setdefault(name, compute())
+    def pieces(several: Sequence[Piece]) -> Iterator[Any]:
+        parts.update({each.name: each.work(*each.arguments) for each in several})
+        return (parts[each.name] for each in several)
 
-    monkeypatch.setattr(route_codes, "PART", 0.0)
-    for lanes, lost in ((2, "only.00000002"), (1, "second.00000000")):
-        monkeypatch.setattr(route_codes, "LANES", lanes)
-        made = result(content, part=part)
-        for name, group in data.items():
-            for field in ("theta2_0", "codes", "certain", "separatrix"):
-                np.testing.assert_array_equal(made[name][field], group[field], err_msg=field)
-        if lanes == 2:
-            names = ["only.00000000", "only.00000002", "only.00000004", "second.00000000"]
-            assert list(kept) == names
-        del kept[lost]
-    assert {"only.00000002", "only.00000003", "only.00000004"} < set(kept)
+    monkeypatch.setattr(route_codes, "LANES", 2)
+    monkeypatch.setattr(route_codes, "MOST", 4)
+    monkeypatch.setattr(route_codes, "column_cost", lambda *_: seconds)
+    made = result(content, pieces=pieces)
+    assert [len(x["bits"]) for name, x in parts.items() if name.startswith("only.")] == sizes
+    np.testing.assert_equal(made["only"]["codes"], data["only"]["codes"])
+    np.testing.assert_equal(made["only"]["theta2_0"], data["only"]["theta2_0"])
 
 
 def test_progress_is_a_share_of_the_orbits_of_all_arrays(
@@ -154,11 +157,13 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
     ("stay", "said"), [(1, "0"), (5, "0, 1, 2, 3, 4"), (7, "0, 1, 2, 3, 4 and 2 more")]
 )
 def test_of_orbits_that_stay_five_are_named(content: Any, stay: int, said: str) -> None:
-    def part(_: str, compute: Callable[[], Any]) -> Any:
-        made = {name: np.take(x, np.arange(8) % 2, axis=-1) for name, x in compute().items()}
-        made["codes"][1, :stay] = NO_SYMBOL
-        return made | {"theta2_0": np.arange(8.0)}
+    def pieces(several: Sequence[Piece]) -> Iterator[Any]:
+        for one in several:
+            whole = one.work(*one.arguments)
+            made = {name: np.take(x, np.arange(8) % 2, axis=-1) for name, x in whole.items()}
+            made["codes"][1, :stay] = NO_SYMBOL
+            yield made | {"theta2_0": np.arange(8.0)}
 
     told: list[str] = []
-    result(content, part=part, report=told.append)
+    result(content, pieces=pieces, report=told.append)
     assert told[0].endswith(f"; {stay} stay beside a pendulum motion: theta2_0 = {said}")

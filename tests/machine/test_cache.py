@@ -129,7 +129,7 @@ def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:
     cache.save(folder / "maps", b"a", b"content", 999)
     (folder / "linked").symlink_to(mine)
     (folder / "maps" / "linked").symlink_to(mine / "thesis")
-    assert [one.path.name for one in cache.subfolders()] == ["maps"]
+    assert [one.name for one in cache.subfolders()] == ["maps"]
     assert len(cache.subfolders()[0].files) == 1
     cache.clear()
     assert list(folder.parent.iterdir()) == []

@@ -368,7 +368,7 @@ def test_warnings_of_other_threads_are_shown_while_a_file_is_read() -> None:
 
 @pytest.mark.parametrize(
     ("read", "whole"),
-    [(store.load, True), (store.config, True), (store.attributes, False)],
+    [(store.load, True), (store.attributes, False)],
 )
 def test_values_are_read_by_another_process_before(
     monkeypatch: pytest.MonkeyPatch, path: Path, read: Callable[[Path], Any], whole: bool

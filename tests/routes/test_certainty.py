@@ -155,6 +155,14 @@ def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: flo
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
+def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:
+    noted = Noted(first_53=[0, 0], first_64=[0.99e-2, 1.01e-2], first_106=[1, 1.01e-2])
+    found = decide(noted, 2, 1.0, (53, 64, 106), most_computations=lambda _: 1)
+    assert found.certain.all(axis=0).tolist() == [True, True]
+    assert found.bits.tolist() == [64, 106]
+    assert not decide(noted, 2, 1.0, (53,), most_computations=lambda _: 1).certain.any()
+
+
 @pytest.mark.parametrize("most", [1, 2, 3])
 def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
     """Columns that two doubles, and one, two and three of more bits would establish, and none."""

@@ -263,7 +263,8 @@ def test_what_is_certain_of_a_sample_is_contradicted(n: int, size: int, sample: 
     # The second of two symbols is another one.
     seen.separatrix[2] = 1
     for sure, wrong in ((True, sample), (False, [])):
-        known = certainty.Decided(seen, np.full((2, n), sure), np.full(n, 53, dtype=np.uint16))
+        bits, by_map = np.full(n, 53, dtype=np.uint16), np.ones(n, dtype=bool)
+        known = certainty.Decided(seen, np.full((2, n), sure), bits, by_map)
         assert choice.contradicted(known, whole, 1.0, (53,), size).tolist() == wrong
 
 

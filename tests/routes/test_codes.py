@@ -1,6 +1,5 @@
 """Route codes from the outside: what comes back, what is refused, and that none is wrong."""
 
-import math
 import re
 from typing import Any
 
@@ -22,7 +21,7 @@ from rigidpend.routes.certainty import FIRST_SCALES, LIMIT_OF_UNEQUAL, SECOND_SC
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.run import tolerance_of
-from tests.bodies import FIG4, FREE, GENERIC
+from tests.bodies import FIG4, FREE
 from tests.orbits.integrate.problems import ENGINES, same
 from tests.routes.reference import Reference, fig4_left, random_phases, vertex_theta1
 
@@ -222,18 +221,3 @@ def test_certain_in_doubles_alone_is_never_wrong(J1_0: str) -> None:
         assert not (wrong & found.certain).any()
         assert found.certain[0].mean() > 0.9, "the first symbols are easy"
         assert wrong.any(), "else this test shows nothing"
-
-
-@pytest.mark.parametrize("mu", ["1e-3", "1e-4"])
-@pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
-def test_the_first_symbol_is_the_sign_of_melnikov_s_function(body: Body, mu: str) -> None:
-    """Of (Im), up to O(mu) beside its zeros."""
-    # delta of (Im), where its argument is theta2_0: v = ln((J2_0 - J1_0)/J1_0).
-    v = math.log((math.sqrt(2 * 1.3342 / body.kappa) - 1e-8) / 1e-8)
-    delta = (body.alpha0 + body.beta0) / 2 + body.kappa * v / math.sin(body.alpha0)
-    phases = np.arange(63) / 10 + 0.05
-    melnikov = np.cos(delta + phases)
-    assert (np.abs(melnikov) > 10 * float(mu)).all(), "the grid keeps off the zeros"
-    found = route_codes(Body(body.A, body.r, mu), phases, h0="1.3342", J1_0="1e-8", n_symbols=1)
-    assert found.certain.all()
-    np.testing.assert_array_equal(found.codes[0], melnikov > 0)

@@ -43,6 +43,18 @@ def test_open_shares_are_as_measured(A: Any, mu: str, h0: Any, J1_0: str, share:
     assert 1 / 1.7 < costs.share_open(one, 53) / share < 1.7
 
 
+@pytest.mark.parametrize("n_symbols", [15, 30])
+def test_second_maps_in_doubles_pay_where_errors_stay_below_their_limit(
+    n_symbols: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = problem(n_symbols=n_symbols)
+    # 20 bits of 53 are those of the limit, a millionth of a radian.
+    share = 1 - costs.share_open(one, 33, displaced=False)
+    for threshold, decided in ((0.99 * share, True), (1.01 * share, False)):
+        monkeypatch.setattr(costs, "DECIDED", threshold)
+        assert costs.doubles_decide(one) == decided
+
+
 def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
     doubles, both = (costs.integration(SLOW, ladder) for ladder in ((53,), (53, 106)))
     open_, left = (costs.share_open(SLOW, bits) for bits in (53, 106))

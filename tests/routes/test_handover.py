@@ -137,7 +137,7 @@ def told(error: Any, certain: Any) -> tuple[Any, Decided]:
     doubles = crossings._replace(time=error)
     own = SimpleNamespace(rate=0.5)
     maps = SimpleNamespace(run=own, crossings=lambda *_: doubles)
-    return maps, Decided(crossings, certain, np.array([75]))
+    return maps, Decided(crossings, certain, np.array([75]), np.zeros(1, dtype=bool))
 
 
 @pytest.mark.parametrize(
@@ -318,11 +318,9 @@ def test_symbols_of_orbits_that_are_handed_over_are_those_of_integrations(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Run, "crossings", counted)
         found = choice.by_maps(maps, sampled=False)
-    assert found.decided.certain.all()
+    assert found.certain.all()
     assert not found.by_map[open_].any()
-    assert (
-        symbols(found.decided.crossings.separatrix[:, open_]) == symbols(whole.separatrix)
-    ).all()
+    assert (symbols(found.crossings.separatrix[:, open_]) == symbols(whole.separatrix)).all()
     assert all(scales == certainty.FIRST_SCALES for bits, scales in asked if bits < 160)
 
 
@@ -349,7 +347,7 @@ def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
 
     monkeypatch.setattr(Maps, "crossings", from_start)
     monkeypatch.setattr(Maps, "onward", from_there)
-    found = choice.by_maps(maps, sampled=False).decided
+    found = choice.by_maps(maps, sampled=False)
     gap = RATE * np.abs(found.crossings.time[-1] - exact.time[-1])
     assert found.certain[-1].any()
     assert (gap[found.certain[-1]] < 2 * certainty.LIMIT_OF_UNEQUAL).all()

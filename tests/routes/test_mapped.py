@@ -171,6 +171,19 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     assert [maps.serve(53, x) for x in (*BOTH, certainty.THIRD_SCALES)] == [True, True, False]
 
 
+@pytest.mark.parametrize(("precisions", "most"), [(PRECISIONS, [1, 1]), ((53, 64), [1, 3])])
+def test_a_second_map_in_doubles_computes_nothing_where_it_would_decide_few(
+    precisions: tuple[int, ...], most: list[int], but: Callable[..., Asked], monkeypatch: Any
+) -> None:
+    asked = but()
+    monkeypatch.setattr(costs, "doubles_decide", lambda _: False)
+    maps = mapped.Maps(run(task_orbits=mapped.THIRDS, precisions=precisions))
+    assert [maps.most_computations(x) for x in (53, 64)] == most
+    assert all(x[1] != THIRD for x in asked), "nor does a third one"
+    # Where no map beyond doubles follows, two of them decide alone.
+    assert mapped.Maps(run(precisions=(53,))).most_computations(53) == 3
+
+
 def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
     but: Callable[..., Asked], monkeypatch: pytest.MonkeyPatch
 ) -> None:

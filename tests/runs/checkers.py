@@ -1,5 +1,6 @@
-"""Both checkers of certificates, and certificates in which something is changed."""
+"""Both checkers of certificates, certificates in which something is changed, lines of logs."""
 
+import datetime
 import functools
 import json
 import operator
@@ -70,3 +71,10 @@ def stated(*place: Any, to: Any = None) -> Change:
         restated(file, config)
 
     return change
+
+
+def lines(path: Path) -> list[str]:
+    """A log's lines without their times, which must be some."""
+    found = [line.split(" ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert all(datetime.datetime.fromisoformat(time).tzinfo for time, _ in found)
+    return [text for _, text in found]

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
-import h5py
 import numpy as np
 import pytest
 
@@ -26,7 +25,7 @@ from tests import bodies
 from tests.attacks import lot
 from tests.cli.calls import call, succeeded
 from tests.config.samples import FIG4, TINY, ZOOM, changed, written
-from tests.runs.checkers import FILE, by_package, by_script, restated
+from tests.runs.checkers import FILE, by_package, by_script
 
 
 @pytest.fixture(scope="module")
@@ -198,17 +197,8 @@ def bomb(steps: int, terms: int) -> dict[str, Any]:
 
 
 def stored(folder: Path, fields: dict[str, Any]) -> Path:
-    path = folder / FILE
-    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
-        file.attrs.update({"format": "rigidpend", "format_version": 1})
-        restated(file, CONFIG)
-        file.create_group("provenance")
-        group = file.create_group("data/one", track_order=True)
-        for name, values in fields.items():
-            made = group.create_dataset(name, data=values, compression="gzip", shuffle=True)
-            field = {**storage.FIELDS, **storage.PROOF}[name]
-            made.attrs.update({"units": field.units, "description": field.description})
-    return path
+    store.write(folder / FILE, storage.LAYOUT, {"one": fields}, {}, CONFIG, {})
+    return folder / FILE
 
 
 @contextlib.contextmanager

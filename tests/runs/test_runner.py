@@ -1,6 +1,5 @@
 """Runs: what is loaded, what is up to date and why not, what a result holds, what is left."""
 
-import datetime
 import importlib.metadata
 import json
 import os
@@ -16,11 +15,9 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import (
-    CLOSED_FORM,
     DEFAULT_TOLERANCE,
     FINEST_TOLERANCE,
     Arithmetic,
@@ -30,7 +27,8 @@ from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
 from rigidpend.runs.logs import Logs
 from rigidpend.runs.parts import Parts
-from tests.config.samples import FIG4, TEXT, changed, refused, written
+from tests.config.samples import FIG4, TEXT, changed, written
+from tests.runs.checkers import lines
 
 CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
@@ -48,13 +46,6 @@ def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path)
     # A name that is not the paper's stays.
     mine = changed('figure: "4"', "figure: mine")
     assert loading.load(written(tmp_path, mine), ["problem.mu=0.01"]).content.figure == "mine"
-
-
-def test_no_experiment_is_an_error_with_all_that_there_are(tmp_path: Path) -> None:
-    [problem] = refused(written(tmp_path, changed("experiment: route_codes", "")))
-    assert problem.place == ("experiment",)
-    assert problem.message.startswith("required ")
-    assert "route_codes" in problem.message
 
 
 def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
@@ -146,13 +137,6 @@ def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experime
     assert runner.expected_seconds(replace(plan, reason="")) is None
 
 
-def lines(path: Path) -> list[str]:
-    """A log's lines without their times, which must be some."""
-    found = [line.split(" ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
-    assert all(datetime.datetime.fromisoformat(time).tzinfo for time, _ in found)
-    return [text for _, text in found]
-
-
 def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> None:
     targets = {name: tmp_path / "results" / f"{name}.h5" for name in ("a", "b", "c: d")}
     log, other = targets["a"].with_suffix(".log"), tmp_path / "other"
@@ -197,18 +181,6 @@ def test_numerics_arrive_and_are_stored_as_they_were_used(
     assert means.arithmetic == Arithmetic(engine, used, (53,))
     stored = store.attributes(planned.target)
     assert (stored["tolerance"], stored["precisions"].tolist()) == (used, [53])
-
-
-def test_what_is_computed_by_closed_forms_has_no_numerics(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compute = Mock(side_effect=KeyboardInterrupt)
-    monkeypatch.setattr(phase_portraits, "compute", compute)
-    planned = runner.plan(loading.load(FIG4.with_name("fig1.yaml")), desk)
-    with pytest.raises(KeyboardInterrupt):
-        runner.run(planned, jobs=1, report=tell_nobody)
-    [((_, means), _)] = compute.call_args_list
-    assert means.arithmetic is CLOSED_FORM
 
 
 def test_resolving_what_is_resolved_changes_nothing() -> None:

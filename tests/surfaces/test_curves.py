@@ -11,7 +11,7 @@ from rigidpend.mechanics.equations import aligned_coefficients, eq1
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 from rigidpend.surfaces.curves import (
     CHORD,
@@ -120,23 +120,6 @@ def test_the_start_has_the_given_momentum_and_the_body_is_grioli_s() -> None:
     np.testing.assert_allclose(np.linalg.norm(M, axis=0), 1.7, rtol=1e-14)
     assert problem.body.special_cases == ("Grioli",)
     assert made("d", beta0="1.25").body.beta0 == pytest.approx(1.25, rel=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        ("M_0", "0"),
-        ("M_0", "0.1"),
-        ("J1_0", "0.9"),
-        ("J1_0", "1e-3"),
-        ("beta0", "4"),
-        ("beta0", "-1"),
-    ],
-)
-def test_refuses_what_the_problem_excludes(field: str, value: str) -> None:
-    with pytest.raises(ProblemError) as refused:
-        made("d", **{field: value})
-    assert refused.value.field == field
 
 
 def test_where_the_pendulum_motion_is_elliptic_there_is_no_surface() -> None:

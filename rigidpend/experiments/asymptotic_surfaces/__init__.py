@@ -8,7 +8,7 @@ import numpy as np
 
 from rigidpend.experiments import compare
 from rigidpend.experiments.compare import ROUNDING, Difference, modulo, relative
-from rigidpend.experiments.data import Bound, Data, Field, Layout, double, held, whole
+from rigidpend.experiments.data import Data, Field, Layout, double, held, whole
 
 DRIFT = 1e-12
 """Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
@@ -75,16 +75,14 @@ def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
 def _curves(name: str) -> dict[str, Field]:
     """The curves of one surface, with dimensions of their own."""
     points, orbits = f"points of {name}", f"orbits of {name}"
-    along, when = Bound(_points, sized=False), Bound(_times, sized=False)
+    along, when = ({"within": each, "sized": False} for each in (_points, _times))
     turned = modulo(2 * np.pi, lambda name, stored, fresh: 1e3 * ROUNDING)
     said, counted = "all curves, one after the other", "time of each point in time_step"
     return {
-        "theta1": double("rad", said, points, within=along),
-        "J1_over_J2": double("1", said, points, within=along, symbol="$J_1/J_2$"),
-        "sample": whole("1", f"{counted}, from the start; S2+ runs backward", points, within=when),
-        "offsets": whole(
-            "1", "curve k is offsets[k]:offsets[k + 1]", f"{orbits}+1", within=Bound(_ends)
-        ),
+        "theta1": double("rad", said, points, **along),
+        "J1_over_J2": double("1", said, points, **along, symbol="$J_1/J_2$"),
+        "sample": whole("1", f"{counted}, from the start; S2+ runs backward", points, **when),
+        "offsets": whole("1", "curve k is offsets[k]:offsets[k + 1]", f"{orbits}+1", within=_ends),
         "theta2_0": double("rad", "theta2 at the start of each orbit", orbits, within=turned),
     }
 

@@ -6,16 +6,14 @@ CyRK's events call Python, so crossings are searched in its dense output, as use
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 
 import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
 from rigidpend.experiments.bench.methods import SMALLER
-from rigidpend.experiments.bench.problems import Task, flat
+from rigidpend.experiments.bench.problems import flat
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.generic import Array
 
 PIECES = 8
 """Number of pieces of the time; each is searched for crossings until there are enough."""
@@ -23,18 +21,11 @@ FALSE_POSITIONS = 40
 """Most steps of false position to a crossing within a step; about eight are enough."""
 
 
-def follows(task: Task, tolerance: float, method: str) -> Callable[[], Array]:
-    """A function that follows the orbits to their crossings."""
-    orbits, piece = np.ascontiguousarray(task.states.T), task.end / PIECES
-    given = _address(task.problem.body), orbits, task.problem.n_symbols + 1, piece
-    return lambda: _crossings(*given, method, tolerance).T
-
-
 @functools.cache
-def _address(body: Body) -> int:
+def address(body: Body) -> int:
     """The address of the compiled field."""
-    address: int = nb_diffeq_addr(flat(body))
-    return address
+    found: int = nb_diffeq_addr(flat(body))
+    return found
 
 
 @njit(nogil=True)  # type: ignore[misc, unused-ignore]
@@ -55,9 +46,9 @@ def _zero(found, a, b, fa, fb):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)  # type: ignore[misc, unused-ignore]
-def _crossings(address, orbits, wanted, piece, method, tolerance):  # type: ignore[no-untyped-def]
+def crossings(address, orbits, wanted, end, method, tolerance):  # type: ignore[no-untyped-def]
     """Time, M1 and M2 at the crossings, (n, wanted, 3)."""
-    at = np.full((orbits.shape[0], wanted, 3), np.nan)
+    at, piece = np.full((orbits.shape[0], wanted, 3), np.nan), end / PIECES
     for column in range(orbits.shape[0]):
         state, start, count = orbits[column].copy(), 0.0, 0
         for _ in range(PIECES):

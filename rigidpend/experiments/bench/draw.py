@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -49,8 +50,8 @@ def style(name: str) -> dict[str, Any]:
 def draw(result: Loaded) -> Figure:
     """Draw a result, two diagrams in a row."""
     data = result["data"]
-    of_bodies = (_draw_again, _draw_first) if data.get("bodies") else ()
-    diagrams = [*of_bodies, _draw_work, _draw_wrong]
+    of_bodies = [partial(_draw_shares, call=call) for call in ("again", "first")]
+    diagrams = [*(of_bodies if data.get("bodies") else ()), _draw_work, _draw_wrong]
     rows = len(diagrams) // 2
     figure = Figure(figsize=(WIDTH, DIAGRAM * rows + LEGEND))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
@@ -66,20 +67,14 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def _draw_again(axes: Axes, data: Data) -> None:
-    _draw_shares(axes, data, "again", 1e6)
-    axes.set(title="random bodies: the same call again", xlabel="time of an orbit (us)")
-
-
-def _draw_first(axes: Axes, data: Data) -> None:
-    _draw_shares(axes, data, "first")
-    (_, own), *_ = report.records(data["bodies"])
-    label = f"time of {max(own['orbits']):,.0f} orbits (s)"
-    axes.set(title="random bodies: first call with each", xlabel=label)
-
-
-def _draw_shares(axes: Axes, data: Data, call: str, unit: float = 1.0) -> None:
+def _draw_shares(axes: Axes, data: Data, call: str) -> None:
     """Draw the share of bodies for which a method takes less than a time."""
+    (_, own), *_ = report.records(data["bodies"])
+    unit, said, of = {
+        "again": (1e6, "the same call again", "an orbit (us)"),
+        "first": (1.0, "first call with each", f"{max(own['orbits']):,.0f} orbits (s)"),
+    }[call]
+    axes.set(title=f"random bodies: {said}", xlabel=f"time of {of}")
     for name, record in report.of_bodies(data).items():
         ordered = np.sort(unit * record[call])
         share = np.arange(1, ordered.size + 1) / ordered.size

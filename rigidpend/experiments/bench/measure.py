@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -67,24 +67,18 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - begun, found
 
 
-class Timed(NamedTuple):
-    """The answer of a method, and its times in seconds."""
+def timed_solver(make: Callable[[], Solver], seconds: float) -> tuple[Crossed, float, float]:
+    """Make a method ready, solve twice, and solve again as often as the seconds allow.
 
-    answer: Any
-    first: float
-    """Time to make it ready and to solve."""
-    again: float
-    """Time of a warm solve: the median of those after the first."""
-
-
-def timed_solver(make: Callable[[], Solver], seconds: float) -> Timed:
-    """Make a method ready, solve twice, and solve again as often as the seconds allow."""
+    Returns the answer, the seconds to make it ready and to solve, and those of a warm solve: the
+    median of those after the first.
+    """
     ready_in, solver = timed(make)
     solved_in, found = timed(solver.solve)
     answer, taken = solver.read(found), [timed(solver.solve)[0]]
     while len(taken) < REPEATS and sum(taken) + taken[-1] < seconds:
         taken.append(timed(solver.solve)[0])
-    return Timed(answer, ready_in + solved_in, statistics.median(taken))
+    return answer, ready_in + solved_in, statistics.median(taken)
 
 
 def alone(config: schema.Config, name: str, truth: Data) -> Iterator[Line]:
@@ -104,11 +98,10 @@ def search(task: Task, truth: Data, name: str, asked: schema.Search) -> Iterator
     for number, setting in enumerate(METHODS[name].variants):
         for tolerance in tolerances(name, asked):
             make = partial(ready, name, task, Entrant(tolerance, setting))
-            found = timed_solver(make, slowest)
+            answer, _, again = timed_solver(make, slowest)
             line = {"tolerance": math.nan if tolerance is None else tolerance, "setting": number}
-            errors = problems.errors(found.answer, truth)
-            yield {**line, "seconds": found.again, **errors}
-            if found.again > slowest:
+            yield {**line, "seconds": again, **problems.errors(answer, truth)}
+            if again > slowest:
                 break
 
 
@@ -201,11 +194,11 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     """Times and counts of each method with one body."""
     (own, *peers), seconds, orbits = entries, float(asked.seconds), task.states.shape[1]
     make = partial(ready, own, task, entries[own], THREADS)
-    ours = timed_solver(make, seconds)
-    answers = {own: ours.answer}
-    found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.again}}
+    answer, first, again = timed_solver(make, seconds)
+    answers = {own: answer}
+    found: dict[str, Any] = {own: {"orbits": orbits, "first": first, "again": again}}
     # Peers need an end time: the last crossing that ours found, and a little more.
-    last = np.nanmax(ours.answer.time, initial=0.0)
+    last = np.nanmax(answer.crossing_time, initial=0.0)
     task = task._replace(end=1.001 * last / problems.time_unit(task.problem.body))
     for name in peers:
         make = partial(ready, name, entry=entries[name], threads=THREADS)

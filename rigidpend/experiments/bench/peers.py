@@ -102,7 +102,7 @@ def compared(task: Task, *makes: Make) -> Solver:
                 same = np.logical_and.accumulate(other.codes[:, doubtful] == c.codes, axis=0)
                 trusted[:, doubtful] |= same
             codes[:, doubtful] = c.codes
-        return Crossed(codes, a.time, trusted)
+        return Crossed(codes, a.crossing_time, trusted)
 
     return Solver(solve)
 
@@ -120,10 +120,7 @@ def ours(task: Task, tolerance: Any, threads: int, way: str = "", calls: int = 0
             codes_of(*given, "map")
         for _ in range(calls):
             codes_of(*given, way, use_kept=True)
-        return Solver(
-            lambda: codes_of(*given, way, use_kept=True),
-            lambda found: Crossed(found.codes, found.crossing_time, found.certain),
-        )
+        return Solver(lambda: codes_of(*given, way, use_kept=True))
     run = Run(task.problem, Phases(task.theta2_0), Arithmetic("taylor", tolerance, (53,)), threads)
     every = range(len(run.phases))
     return Solver(
@@ -249,16 +246,18 @@ def _zeros(there: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: A
     return b
 
 
-def _compiled(task: Task, tolerance: float, **setting: Any) -> Callable[[], Array]:
-    """CyRK's answer; its module here imports CyRK at once, and is therefore imported late."""
-    from rigidpend.experiments.bench import cyrk_compiled
+def compiled(task: Task, tolerance: float, method: str) -> Callable[[], Array]:
+    """CyRK; its module here imports CyRK at once, and is therefore imported late."""
+    from rigidpend.experiments.bench.cyrk_compiled import address, crossings
 
-    return cyrk_compiled.follows(task, tolerance, **setting)
+    orbits, wanted = np.ascontiguousarray(task.states.T), task.problem.n_symbols + 1
+    given = address(task.problem.body), orbits, wanted, task.end, method, tolerance
+    return lambda: crossings(*given).T
 
 
 PEERS: dict[str, Callable[..., Callable[[], Array]]] = {
     "heyoka": in_lanes,
-    "cyrk": _compiled,
+    "cyrk": compiled,
     "scipy": abreast,
 }
 """Peers by family: from a task, a tolerance and a setting to a function that follows the orbits.

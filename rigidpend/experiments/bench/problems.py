@@ -54,11 +54,11 @@ class Task(NamedTuple):
 
 
 class Crossed(NamedTuple):
-    """The answer to a task."""
+    """The answer to a task, as far as it is compared; `RouteCodes` has the same fields."""
 
     codes: NDArray[np.uint8]
     """(n_symbols, n)."""
-    time: Array
+    crossing_time: Array
     """(n_symbols + 1, n), t'."""
     certain: Any = None
     """(n_symbols, n), True for trusted symbols; None if the method marks none."""
@@ -165,7 +165,7 @@ def truth(task: Task) -> dict[str, Any]:
 
 def errors(answer: Crossed, true: Data) -> dict[str, float]:
     """Median over columns of the largest error of a crossing time, t', and the wrong symbols."""
-    gap = np.abs(answer.time - true["time"])
+    gap = np.abs(answer.crossing_time - true["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)
     wrong = judged(answer, true["codes"])["wrong_symbols"]
     return {"error": float(np.median(worst)), "wrong_symbols": wrong}

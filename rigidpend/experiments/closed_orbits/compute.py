@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from itertools import zip_longest
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.config.description import Row
 from rigidpend.experiments.closed_orbits.schema import Config, Problem
@@ -70,7 +70,8 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
         if not right.all():
             raise ArithmeticError(f"integration leaves the orbit of {orbit.word}")
     return {
-        "word": _words(found),
+        # Row by row the symbols of a word, (n, longest).
+        "word": np.array([*zip_longest(*(o.word for o in found), fillvalue=NO_SYMBOL)], "u1").T,
         **columns(("period", "mirrored", "exponent", "exponent_error", "stable"), found),
         "action": actions([orbit.chain for orbit in found]),
         "positive": np.array([orbit.trace > 0 for orbit in found]),
@@ -83,12 +84,10 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
 
 def _averages(problem: Problem, level: ChainLevel, found: list[ClosedOrbit]) -> Tree:
     lengths = np.arange(1, problem.longest + 1)
-    # A word of n symbols may repeat a shorter primitive word, whose orbit then counts in n too.
-    inside = [[o for o in found if n % len(o.word) == 0] for n in lengths]
     mean, error = _long_orbit(level, problem.symbols, problem.half_turns)
     return {
         "length": lengths,
-        "points": np.array([sum(o.points for o in each) for each in inside]),
+        "points": 2**lengths,
         "mean": np.array([lyapunov(found, int(n)) for n in lengths]),
         "long_orbit": mean,
         "long_orbit_error": error,
@@ -117,14 +116,6 @@ def _places(found: list[ClosedOrbit]) -> Tree:
         "d": np.concatenate([orbit.chain.d[:-1:2] for orbit in found]),
         "of": np.repeat(np.arange(len(found)), [len(each) for each in chi]),
     }
-
-
-def _words(found: list[ClosedOrbit]) -> NDArray[np.uint8]:
-    """The symbols of each orbit's word, (n, longest)."""
-    words = np.full((len(found), max(len(o.word) for o in found)), NO_SYMBOL, dtype=np.uint8)
-    for row, orbit in zip(words, found, strict=True):
-        row[: len(orbit.word)] = orbit.word
-    return words
 
 
 def describe(config: Config) -> list[Row]:

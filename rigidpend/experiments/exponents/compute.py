@@ -18,7 +18,7 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
-from rigidpend.routes.symbolic.levels import Surface, orbits_of
+from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.stretching import integrated, stretched
 
 TILE = 8192
@@ -54,7 +54,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _followed(
-    orbits: Surface, theta2: Array, J1: Array, n: int, means: Means
+    orbits: OrbitFamily, theta2: Array, J1: Array, n: int, means: Means
 ) -> tuple[Array, NDArray[np.uint8], Array]:
     """The growth (n, N) through 1 to n passages, the symbols, and the allowed errors, (N,)."""
     parts: list[Tree] = []
@@ -70,7 +70,7 @@ def _followed(
     return grown, codes, allowed
 
 
-def _tile(orbits: Surface, theta2: Array, J1: Array, n: int) -> Tree:
+def _tile(orbits: OrbitFamily, theta2: Array, J1: Array, n: int) -> Tree:
     """Logarithms of the growth after each passage, symbols, and the rounding of the last."""
     found = stretched(orbits, theta2, J1, n)
     codes = np.where(found.inside, found.symbols, NO_SYMBOL).astype(np.uint8)
@@ -87,7 +87,7 @@ def _quantiles(grown: Array) -> dict[str, Any]:
 
 
 def _checked(
-    problem: Problem, orbits: Surface, known: NDArray[np.bool_], starts: tuple[Array, Array]
+    problem: Problem, orbits: OrbitFamily, known: NDArray[np.bool_], starts: tuple[Array, Array]
 ) -> dict[str, Any]:
     """The growth in some cells beside that by the variational equations."""
     # Evenly spread and not random, so that every run checks the same cells.

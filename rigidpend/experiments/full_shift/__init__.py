@@ -25,7 +25,7 @@ NEAR = stated(2.0**-12)
 def _curve(*_: Any) -> Any:
     """Allowed differences of the coefficients of a curve, where |gamma3| is about a hundredth."""
     # Each makes a difference of about 1e-12 in d.
-    return [1e-12, 1e-10, 1e-8, 1e-6, 1e-4]
+    return 1e-12, 1e-10, 1e-8, 1e-6, 1e-4
 
 
 _number = partial(double, "1")

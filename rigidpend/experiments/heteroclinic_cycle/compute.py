@@ -11,7 +11,7 @@ from rigidpend.experiments.data import Tree
 from rigidpend.experiments.heteroclinic_cycle import GROUPS, START
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
-from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
+from rigidpend.mechanics.free_body import SEPARATRICES, direction, separatrix_theta1
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.cycle import TURNS
@@ -51,21 +51,16 @@ def _label(number: int, J1: float) -> str:
     return f"{number}*" if J1 else f"{number}"
 
 
-def _rises(number: int) -> bool:
-    """True if J1 rises from 0 to J2 along a separatrix: see (sol_1)-(sol_22)."""
-    return number % 2 == 0
-
-
 def _separatrix_edge(number: int, place: float, again: bool) -> tuple[Any, ...]:
     """The fields of the vertical edge of a separatrix, in the direction of the flow."""
-    J1 = (0.0, 1.0) if _rises(number) else (1.0, 0.0)
+    J1 = (0.0, 1.0) if direction(number) == 1 else (1.0, 0.0)
     return *(_label(number, x) for x in J1), (place, place), J1, np.uint8(NO_SYMBOL), again
 
 
 def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> tuple[Any, ...]:
     """The fields of the edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
     arriving, leaving, symbol = turn
-    J1 = 1.0 if _rises(arriving) else 0.0
+    J1 = 1.0 if direction(arriving) == 1 else 0.0
     begin, end = float(theta1[arriving - 1]), float(theta1[leaving - 1])
     if (end > begin) != bool(symbol):
         # The turn leaves the window: its lower end is drawn again 4 pi further.

@@ -3,35 +3,34 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.contract import Means, Routes
+from rigidpend.experiments.contract import Means, Piece, Routes
 from rigidpend.experiments.data import Data, Tree
-from rigidpend.experiments.route_codes.schema import Config
+from rigidpend.experiments.route_codes.schema import Config, Problem
 from rigidpend.machine import progress
 from rigidpend.machine.wording import counted
-from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.records import joined
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.codes import RouteCodes, codes_of
-from rigidpend.routes.costs import at_stake
-from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
 from rigidpend.surfaces import melnikov
 
+PIECES = True
+"""All work goes through pieces, which a cluster can compute."""
 BEGIN = 0.3
 """Seconds of a whole run besides its orbits."""
-MAPPED, FEWEST_MAPPED = 65_536, 800
-"""Columns in a part computed by return maps, and the least `at_once` that leads to such parts."""
-PART = 2.0
-"""Seconds on one core for a part, the columns that are stored together for an interrupted run."""
+PART, MOST = 2.0, 65_536
+"""Seconds on one core for a part, as estimated, and the most columns of one.
+
+A part is stored for an interrupted run."""
 LANES = 8
-"""Least number of columns computed at once: fewer would leave SIMD lanes empty."""
+"""Least number of columns in a part: fewer would leave SIMD lanes empty."""
 SLOW = 10.0
 """Seconds of a column above which it is computed alone: in high precisions there are no lanes."""
 SHOWN = 5
@@ -54,7 +53,7 @@ def compute(config: Config, means: Means) -> Tree:
         )
     before, every = 0, sum(grid.count for grid in problem.arrays.values())
     for name, grid in problem.arrays.items():
-        routes = _in_parts(name, grid.phases, config, means, (before, every))
+        routes = _array(name, config, means, (before, every))
         before += grid.count
         means.report(f"{name}: {_summary(routes)}")
         groups[name] = {**routes._asdict(), "melnikov_zeros": zeros}
@@ -64,36 +63,25 @@ def compute(config: Config, means: Means) -> Tree:
     return groups
 
 
-def _in_parts(
-    name: str, phases: Grid, config: Config, means: Means, orbits: tuple[int, int]
-) -> RouteCodes:
-    """Compute the routes of all phases in parts of some seconds, sized by the time of the last.
+def _array(name: str, config: Config, means: Means, orbits: tuple[int, int]) -> RouteCodes:
+    """Compute the routes of an array in parts of some seconds.
 
     `orbits` are the numbers of orbits in earlier arrays and in all, for the finished share.
     """
-    found: list[RouteCodes] = []
-    first, seconds = 0, column_cost(config, len(phases))
     before, every = orbits
-    mapped = at_stake(config.problem.routes, len(phases), means.arithmetic.precisions)
-    while first < len(phases):
-        fewest = LANES if seconds < SLOW else 1
-        at_once = max(fewest * means.jobs, int(PART * means.jobs / seconds))
-        # Maps compute many columns at once; but if columns are slow, parts stay short.
-        if mapped and at_once >= FEWEST_MAPPED:
-            at_once = max(at_once, MAPPED)
-        columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
-        if len(phases) > at_once:
-            text = f"{name}: {first} of {len(phases)} orbits"
-            means.report(progress.PartDone(text, before + first, every))
-        begun = time.perf_counter()
-        work = partial(_part, columns, len(phases), config, means)
-        found.append(RouteCodes(**means.part(f"{name}.{first:08d}", work)))
-        # A part that an earlier run stored may have another size.
-        count = len(found[-1].bits)
-        took = (time.perf_counter() - begun) * means.jobs / count
-        # Parts grow at most fourfold: the columns of the last one may have been exceptionally easy.
-        first, seconds = first + count, max(took, seconds / 4)
-    return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
+    count = config.problem.arrays[name].count
+    seconds = column_cost(config, count)
+    at_once = min(MOST, max(LANES if seconds < SLOW else 1, int(PART / seconds)))
+    parts = [range(first, min(first + at_once, count)) for first in range(0, count, at_once)]
+    given = name, config.problem, means.arithmetic, means.threads(len(parts))
+    pieces = [Piece(f"{name}.{part.start:08d}", _part, (part, *given)) for part in parts]
+    found: list[RouteCodes] = []
+    for part, tree in zip(parts, means.pieces(pieces), strict=True):
+        found.append(RouteCodes(**tree))
+        if len(parts) > 1:
+            text = f"{name}: {part.stop} of {count} orbits"
+            means.report(progress.PartDone(text, before + part.stop, every))
+    return joined(found)
 
 
 def cost(config: Config) -> float:
@@ -108,10 +96,12 @@ def column_cost(config: Config, columns: int) -> float:
     return expected_seconds(routes, columns, precisions) / columns
 
 
-def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tree:
-    """Routes of some columns of an array of `of` columns."""
-    routes, arithmetic = config.problem.routes, means.arithmetic
-    return codes_of(routes, phases, arithmetic, means.jobs, task_orbits=of)._asdict()
+def _part(columns: range, name: str, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
+    """Routes of some columns of an array."""
+    grid = problem.arrays[name]
+    phases = [grid.phases[k] for k in columns]
+    found = codes_of(problem.routes, phases, arithmetic, jobs, task_orbits=grid.count)
+    return found._asdict()
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

@@ -18,7 +18,6 @@ from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
-from rigidpend.machine.workers import worth_processes
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
@@ -86,9 +85,7 @@ def _plane(
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
-    # Many tiles go to processes of one thread each, because threads would wait for each other's
-    # Python code.
-    given = problem, means.arithmetic, 1 if worth_processes(len(tiles), means.jobs) else means.jobs
+    given = problem, means.arithmetic, means.threads(len(tiles))
     pieces = [
         Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
         for number, (rows, columns) in tiles

@@ -240,7 +240,7 @@ def _flagged(
         arithmetic = resolve("taylor", None, precisions)
         run = Run(problem, Phases(phases[chosen]), arithmetic, jobs)
         # Without the integrated sample, which would reject such maps.
-        found = choice.by_maps(spoilt_maps(run, size, every), sampled=False).decided
+        found = choice.by_maps(spoilt_maps(run, size, every), sampled=False)
         wrong.append(symbols(found.crossings.separatrix) != true[:, chosen])
         certain.append(found.certain)
     return np.hstack(wrong), np.hstack(certain)

@@ -42,20 +42,15 @@ SIGMAS = 4.0
 
 
 class Claim(NamedTuple):
-    """A sentence about the program that one number can refute."""
+    """A sentence about the program that one number can refute, with fields of `OF_CLAIM`."""
 
     name: str
     bound: float
-    """The largest value that passes."""
     measured: str
-    """The meaning of the measured number."""
     reason: str
-    """Reason for the bound."""
     unit: str = "1"
     limit: str = ""
-    """Reason for a known excess over the bound; empty if none is known."""
     up_to: float = -math.inf
-    """The largest value that this reason explains."""
 
     def told(self, value: float, note: str) -> Tree:
         """The claim with the measured value, as it is stored; NaN, no measurement, fails."""

@@ -41,10 +41,10 @@ IMAGE is 1 on separatrix 2 or 3 and -1 on 4 or 1. INSIDE is 1 until an orbit lea
 
 HEAD = (
     "define i64 @follow(ptr noalias %legs, ptr noalias %harmonics, ptr noalias %lengths,"
-    " ptr noalias %values, i64 %apart, i64 %triples, i64 %energies, ptr noalias %limits,"
-    " ptr noalias %orbits, i64 %stride, i64 %groups, i64 %begun, i64 %crossings,"
-    " ptr noalias %room,"
-    " ptr noalias %times, ptr noalias %separatrices) {"
+    " ptr noalias %values, ptr noalias %bases, i64 %apart, i64 %triples, i64 %vectors,"
+    " i64 %energies, ptr noalias %limits, ptr noalias %orbits, i64 %stride, i64 %groups,"
+    " i64 %begun, i64 %crossings, ptr noalias %room, ptr noalias %times,"
+    " ptr noalias %separatrices) {"
 )
 """The function's first line: the data of a program, the orbits, room to work in, and results.
 
@@ -116,8 +116,8 @@ def _carried(
     rows[0, IMAGE, :n] = image
     times = np.empty((crossings, stride))
     beside = np.empty((crossings, stride), dtype=np.uint8)
-    # Numbers for which the kernel needs room: see `Sums.make_room`.
-    most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)
+    # Vectors for which the kernel needs room: see `Sums.make_room`.
+    vectors = program.vectors + (program.energies + 2 * max(1, program.most)) * parts
     passages = _passages(program)
     # A call takes `abreast` groups of orbits, or one group for `further` of its crossings.
     further = max(1, AT_ONCE // LANES)
@@ -125,7 +125,7 @@ def _carried(
 
     def carry(some: range) -> None:
         # Each thread has its own room, from a multiple of 64 bytes on: that of a vector.
-        room = np.empty(most * parts * LANES + 8)
+        room = np.empty(vectors * LANES + 8)
         aligned = room[-room.ctypes.data % 64 // room.itemsize :]
         for group in some[::abreast]:
             here, groups = group * LANES, min(abreast, some.stop - group)
@@ -151,8 +151,10 @@ def _passages(program: Program) -> Any:
         program.harmonics,
         program.lengths,
         program.values,
+        program.bases,
         program.values.shape[1] * FUNCTIONS,
         len(program.lengths),
+        program.vectors,
         program.energies,
         program.limits,
     )

@@ -29,11 +29,13 @@ class Sums:
         Running sums and places are variables of their own.
         """
         code, one = self.code, self.numbers.rows(self.parts)
-        self.of_energy = code.at("%room", code.mul("%triples", FUNCTIONS * self.parts))
+        self.of_energy = code.at("%room", "%vectors")
         self.waves = code.at(self.of_energy, code.mul("%energies", self.parts))
         self.totals = [code.variable(one) for _ in range(FUNCTIONS)]
-        # Those of cosines and of sines are apart, so that additions wait less for one another.
-        self.sums_of_row = [code.variable(one) for _ in range(2 * FUNCTIONS)]
+        self.sums_of_row = [code.variable(one) for _ in range(FUNCTIONS)]
+        # Sines in doubles are added apart from cosines: additions wait less for one another.
+        self.sines = [code.variable(one) for _ in range(FUNCTIONS)]
+        self.bases = [code.variable(code.vector) for _ in range(FUNCTIONS)]
         self.polynomials = [code.variable(one) for _ in range(2)]
         self.place, self.value = code.variable("i64"), code.variable("i64")
 
@@ -48,17 +50,22 @@ class Sums:
         with code.loop("%energies", 2) as l:
             before, last = (n.load(self.of_energy, code(f"sub i64 {l}, {j}")) for j in (2, 1))
             n.store(n.minus(n.times(twice, last), before), self.of_energy, l)
-        code.store("0", self.value, "i64", 8)
+        for place in (self.value, self.place):
+            code.store("0", place, "i64", 8)
         with code.loop("%triples") as t:
-            length, sharp = self._two("%lengths", t)
+            length, sharp, whole = self._integers("%lengths", t, 3)
             plain = code(f"sub i64 {length}, {sharp}")
             self._clear(self.totals)
             # The highest polynomial comes first, the small terms before the large ones.
             self._over_energies(self.plain, length, "0", plain)
-            self._over_energies(n, length, plain, length)
-            first = code.mul(t, FUNCTIONS)
-            for j, total in enumerate(self.totals):
-                n.store(self._settled(n, total), "%room", code.add(first, j))
+            in_doubles = code(f"icmp eq i64 {whole}, 0")
+            with code.when(in_doubles):
+                self._keep([self.plain.load(total, 0) for total in self.totals])
+            with code.when(code(f"xor i1 {in_doubles}, true")):
+                self._set_bases(t)
+                self._raise(n, self.totals)
+                self._over_energies(n, length, plain, length)
+                self._keep(self._lowered(n, self.totals))
 
     def _over_energies(self, n: Doubles, length: str, start: str, end: str) -> None:
         """Continue a triple's sums over polynomials of the energy with terms `start` to `end`."""
@@ -74,29 +81,35 @@ class Sums:
     def table(self, entries: list[str], x: Value, phase: Value) -> list[Value]:
         """The three functions of a table: sums of rows of harmonics times Chebyshev polynomials."""
         code, n = self.code, self.numbers
-        rows, own, first, listed, most, most_own = entries
+        rows, own, triple, first, listed, most, most_own = entries
         self._make_waves(phase, most, most_own)
         code.store(first, self.place, "i64", 8)
+        self._set_bases(triple)
         older, last = self.polynomials
         n.store(self.number(1.0), older, 0)
         n.store(x, last, 0)
         # Rows in the program's own numbers come first here: their polynomials are recurred in these
         # numbers, and go on in doubles from there.
-        sharp = self._rows(n, listed, x, "1", own)
-        plain = self._rows(self.plain, listed, x, own, rows)
+        self._clear(self.totals)
+        self._raise(n, self.totals)
+        self._rows(n, listed, x, "1", own)
+        sharp = [n.load(total, 0) for total in self.totals]
+        self._clear(self.totals)
+        self._rows(self.plain, listed, x, own, rows)
         # Row 0, with the constants, is the largest and comes last.
         row = self._row(n, listed, "0")
-        sums = (n.plus(a, n.of_double(b[0])) for a, b in zip(sharp, plain, strict=True))
-        return [n.plus(total, value) for total, value in zip(sums, row, strict=True)]
+        for total, found, value in zip(self.totals, sharp, row, strict=True):
+            plain = n.of_double(self.plain.load(total, 0)[0])
+            n.store(n.with_raised(n.with_raised(found, plain), value), total, 0)
+        return self._lowered(n, self.totals)
 
-    def _rows(self, n: Doubles, listed: str, x: Value, start: str, end: str) -> list[Value]:
-        """The sums over the rows `start` to `end` of a table, each times its polynomial of x.
+    def _rows(self, n: Doubles, listed: str, x: Value, start: str, end: str) -> None:
+        """Continue a table's sums with the rows `start` to `end`, each times its polynomial of x.
 
         The polynomials and the place among the coefficients go on from one call to the next.
         """
         code = self.code
         older, last = self.polynomials
-        self._clear(self.totals)
         twice = n.plus(x, x)
         with code.loop(end, start) as i:
             polynomial = n.load(last, 0)
@@ -104,25 +117,31 @@ class Sums:
                 self._add(n, total, value, polynomial)
             n.store(n.minus(n.times(twice, polynomial), n.load(older, 0)), last, 0)
             n.store(polynomial, older, 0)
-        return [self._settled(n, total) for total in self.totals]
 
     def _row(self, n: Doubles, listed: str, i: str) -> list[Value]:
         """The three functions of a row of a table: sums over harmonics, with the constants last."""
-        count, sharp = self._two("%harmonics", self.code.add(listed, i))
-        self._clear(self.sums_of_row)
-        self._over_harmonics(self.plain, sharp, count)
-        self._over_harmonics(n, "0", sharp)
-        sums = [self._settled(n, total) for total in self.sums_of_row]
-        waves = [n.plus(a, b) for a, b in zip(sums[::2], sums[1::2], strict=True)]
-        return [n.plus(a, c) for a, c in zip(waves, self._triple(n), strict=True)]
+        count, sharp = self._integers("%harmonics", self.code.add(listed, i), 2)
+        cosines = self.sums_of_row
+        self._clear([*cosines, *self.sines])
+        self._over_harmonics(self.plain, (cosines, self.sines), sharp, count)
+        for total, sines in zip(cosines, self.sines, strict=True):
+            both = self.plain.plus(self.plain.load(total, 0), self.plain.load(sines, 0))
+            self.plain.store(both, total, 0)
+        self._raise(n, cosines)
+        self._over_harmonics(n, (cosines, cosines), "0", sharp)
+        for total, constant in zip(cosines, self._triple(n), strict=True):
+            n.store(n.with_raised(n.load(total, 0), constant), total, 0)
+        return self._lowered(n, cosines)
 
-    def _over_harmonics(self, n: Doubles, start: str, end: str) -> None:
-        """Continue the sums of a row with the harmonics `start` to `end`, counted from 0."""
+    def _over_harmonics(
+        self, n: Doubles, sums: tuple[list[str], list[str]], start: str, end: str
+    ) -> None:
+        """Continue sums over cosines and over sines with the harmonics `start` to `end`, from 0."""
         code = self.code
         with code.loop(end, start) as m:
-            for k in (0, 1):
+            for k, totals in enumerate(sums):
                 wave = n.load(self.waves, code.add(code.mul(m, 2), k))
-                for total, c in zip(self.sums_of_row[k::2], self._triple(n), strict=True):
+                for total, c in zip(totals, self._triple(n), strict=True):
                     self._add(n, total, c, wave)
 
     def _make_waves(self, phase: Value, most: str, most_own: str) -> None:
@@ -143,14 +162,21 @@ class Sums:
         with code.loop(end, start) as m:
             at = code.mul(m, 2)
             c, s = (n.load(self.waves, code(f"sub i64 {at}, {k}")) for k in (2, 1))
-            # The addition theorems, with one of two products added without a rounding of its own.
-            less = n.opposite(n.times(s, sin))
+            # The addition theorems.
             next_ = (
-                n.settled(n.with_product(less, c, cos)),
-                n.settled(n.with_product(n.times(s, cos), c, sin)),
+                self._two_products(n, (c, cos), (n.opposite(s), sin)),
+                self._two_products(n, (s, cos), (c, sin)),
             )
             for k, value in enumerate(next_):
                 n.store(value, self.waves, code.add(at, k))
+
+    def _two_products(self, n: Doubles, *factors: tuple[Value, Value]) -> Value:
+        """A cosine or a sine as a sum of two products: upon a base, for it is 1 at most."""
+        base = self.code.number(4.0)
+        total = n.raised(self.code.number(0.0), base)
+        for a, b in factors:
+            total = n.with_raised_product(total, a, b)
+        return n.lowered(total, base)
 
     def rates(self, entries: list[str], I: Value) -> list[Value]:
         """The three polynomials in I, by Horner's rule: 1/Lambda, the depth's rest and dt'/dpsi."""
@@ -169,18 +195,26 @@ class Sums:
             for total, value in zip(self.totals, self._triple(n), strict=True):
                 n.store(n.settled(n.with_product(value, n.load(total, 0), I)), total, 0)
 
+    def _keep(self, triple: list[Value]) -> None:
+        """Write a triple's coefficients at the orbits' energies; the place goes on."""
+        code, parts = self.code, [part for value in triple for part in value]
+        place = code.load(self.place, "i64", 8)
+        for k, part in enumerate(parts):
+            code.store(part, code.at("%room", code.add(place, k)))
+        code.store(code.add(place, len(parts)), self.place, "i64", 8)
+
     def _triple(self, n: Doubles) -> list[Value]:
-        """The next three coefficients at the orbits' energies; the place goes on by one."""
+        """The next three coefficients at the orbits' energies; the place goes on."""
         code = self.code
         place = code.load(self.place, "i64", 8)
-        code.store(code.add(place, 1), self.place, "i64", 8)
-        first = code.mul(place, FUNCTIONS)
-        return [n.load("%room", code.add(first, j)) for j in range(FUNCTIONS)]
+        code.store(code.add(place, FUNCTIONS * n.parts), self.place, "i64", 8)
+        parts = [code.element("%room", code.add(place, k)) for k in range(FUNCTIONS * n.parts)]
+        return [tuple(parts[k : k + n.parts]) for k in range(0, len(parts), n.parts)]
 
-    def _two(self, base: str, index: str) -> list[str]:
-        """The two integers at an index of an array of pairs."""
-        first = self.code.mul(index, 2)
-        return [self.code.scalar(base, self.code.add(first, k), "i64") for k in (0, 1)]
+    def _integers(self, base: str, index: str, count: int) -> list[str]:
+        """The integers in a row of an array of `count` columns."""
+        first = self.code.mul(index, count)
+        return [self.code.scalar(base, self.code.add(first, k), "i64") for k in range(count)]
 
     def _scalar(self, n: Doubles, index: str) -> Value:
         """A coefficient, the same in each lane; its parts are `%apart` from one another."""
@@ -188,15 +222,28 @@ class Sums:
         places = [code.add(index, code.mul("%apart", part)) for part in range(n.parts)]
         return tuple(code.everywhere(code.scalar("%values", place)) for place in places)
 
+    def _set_bases(self, triple: str) -> None:
+        """Set the bases of the sums of a triple, and of its whole table."""
+        code, first = self.code, self.code.mul(triple, FUNCTIONS)
+        for j, base in enumerate(self.bases):
+            code.store(code.everywhere(code.scalar("%bases", code.add(first, j))), base)
+
     def _clear(self, totals: list[str]) -> None:
         for total in totals:
             self.numbers.store(self.number(0.0), total, 0)
 
-    def _add(self, n: Doubles, total: str, a: Value, b: Value) -> None:
-        n.store(n.with_product(n.load(total, 0), a, b), total, 0)
+    def _raise(self, n: Doubles, totals: list[str]) -> None:
+        """Raise three totals, so far in doubles, to their bases."""
+        for total, base in zip(totals, self.bases, strict=True):
+            n.store(n.raised(self.plain.load(total, 0)[0], self.code.load(base)), total, 0)
 
-    def _settled(self, n: Doubles, total: str) -> Value:
-        return n.settled(n.load(total, 0))
+    def _add(self, n: Doubles, total: str, a: Value, b: Value) -> None:
+        n.store(n.with_raised_product(n.load(total, 0), a, b), total, 0)
+
+    def _lowered(self, n: Doubles, totals: list[str]) -> list[Value]:
+        """The three totals without their bases."""
+        pairs = zip(totals, self.bases, strict=True)
+        return [n.lowered(n.load(total, 0), self.code.load(base)) for total, base in pairs]
 
     def number(self, x: float) -> Value:
         """A double as the program's own number, the same in each lane."""

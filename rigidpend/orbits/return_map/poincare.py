@@ -50,13 +50,14 @@ def state_of(
     return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
 
 
-def section_point(rising: bool, state: Numbers, c: Coefficients, a: Precision) -> tuple[Any, ...]:
+def section_point(rising: Any, state: Numbers, c: Coefficients, a: Precision) -> tuple[Any, ...]:
     """The coordinates d and chi of states (6, N) on the section, and the side, (N,) each.
 
-    The side is 1 beside separatrix 2 or 3, and -1 beside 4 or 1. gamma may be of any length.
+    The side is 1 beside separatrix 2 or 3, and -1 beside 4 or 1. gamma may be of any length, and
+    `rising` may be an array, (N,).
     """
     Qp, Qm, _, gamma1, gamma2, gamma3 = state
-    large, small = (Qp, Qm) if rising else (Qm, Qp)
+    large, small = np.where(rising, Qp, Qm), np.where(rising, Qm, Qp)
     side = np.where(a.floats(large) > 0, 1.0, -1.0)
     # From here on the state is that on separatrix 2 or 3: side -1 negates M1, M2 and gamma3.
     M1, M2 = side * (Qp + Qm) * c.to_M1, side * (Qp - Qm) * c.to_M2

@@ -14,7 +14,8 @@ polynomials of the energy, likewise up to the last significant one.
 
 In a program of pairs of doubles most terms are so small that doubles have digits enough for them.
 Only those whose roundings in doubles would come to more than `threshold`, some 5 to 25 % of all,
-are summed in pairs. They come last in each sum, which continues from the sum in doubles.
+are summed in pairs. They come last in each sum, which continues from the sum in doubles. Of all
+other coefficients the kernel keeps no second part: it reads its memory as fast as it computes.
 
 Phases are sharper than in `passage`: ln|W|/Lambda is tens of radians, but all of it other than
 ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns before it is rounded.
@@ -42,19 +43,22 @@ from rigidpend.orbits.return_map.tables import INVERSE_POWER, ChartTable, fitted
 
 FUNCTIONS = 3
 """Number of functions of a chart that codes and times need: all but that of theta3."""
-TABLE, RATES = 6, 3
+TABLE, RATES = 7, 3
 """Numbers of integers that describe a table, and the rates of a leg.
 
 For a table: the number of its rows; the number of rows summed in the program's own numbers; the
-place of its first coefficients; the place of its list of harmonics; the largest number of harmonics
-of a row; and the largest number of them in the program's own numbers. For the rates: the number of
-powers of I, the number of powers summed in doubles, and the place of the first coefficients."""
+number of its first triple; the place of that among the vectors of the coefficients at an energy;
+the place of its list of harmonics; the largest number of harmonics of a row; and the largest number
+of them in the program's own numbers. For the rates: the number of powers of I, the number of powers
+summed in doubles, and the place of the first coefficients."""
 LEG = 2 * TABLE + RATES
 """Number of integers that describe a leg: two tables and the rates."""
 HEADROOM = 2.0**2
 """Factor by which terms in doubles may err more than by a rounding of each coefficient.
 
 A harmonic of order some tens has as many roundings, most of which cancel."""
+BASE = 4
+"""Base of a sum in pairs, relative to all terms of the table: 3 suffices if these are exact."""
 MOST_NODES = 20
 """Number of Chebyshev nodes in Qp from which on starts count as outside of the normal form."""
 ROUNDINGS = 8
@@ -118,6 +122,8 @@ class Program(NamedTuple):
     """53 in doubles, 106 in pairs of doubles."""
     energies: int
     """Number of Chebyshev polynomials of the energy."""
+    vectors: int
+    """Number of vectors that the coefficients of a group of orbits, at their energies, fill."""
     most: int
     """Largest number of harmonics of a table."""
     legs: Any
@@ -125,13 +131,16 @@ class Program(NamedTuple):
     harmonics: Any
     """(rows, 2) int64: for each row of each table the number of harmonics.
 
-    The second number is that of harmonics summed in the program's own numbers."""
+    The second number is that of harmonics summed in pairs, 0 in doubles."""
     lengths: Any
-    """(triples, 2) int64: for each triple the number of polynomials of the energy.
+    """(triples, 3) int64: for each triple the number of polynomials of the energy.
 
-    The second number is that of polynomials summed in the program's own numbers."""
+    The second number is that of polynomials summed in pairs, 0 in doubles; the third is 1 if the
+    kernel reads the sums in the program's own numbers, 0 if it reads them in doubles."""
     values: Any
     """(parts, terms, 3): factors of the polynomials of the energy, the highest polynomial first."""
+    bases: Any
+    """(triples, 3): bases of the sums in pairs of each triple and of its table."""
     limits: Any
     """(3, 3): for each leg the largest |W|, and its turns in radians as a sum of two doubles."""
 
@@ -166,8 +175,8 @@ def program(
     three, out = legs(nf, charts, starts, threshold, a), ways_out(charts, threshold)
     parts = KINDS[bits].parts
     # Terms up to this size, relative, may be rounded to doubles: their roundings of 2^-53 come to
-    # `threshold`. In doubles nothing is to be divided.
-    writer = _Writer(parts, threshold * 2.0**53 / HEADROOM if parts > 1 else 0.0)
+    # `threshold`.
+    writer = _Writer(parts, threshold * 2.0**53 / HEADROOM)
     ends = [writer.table(terms) for terms in out]
     rows = [[*writer.table(x.into), *ends[x.rising], *writer.rates(x.rates)] for x in three]
     limits = [[x.largest, *radians(x.turns)] for x in three]
@@ -175,11 +184,13 @@ def program(
         starts,
         bits,
         nf.energies.n,
+        writer.vectors,
         max(count for count, _ in writer.harmonics),
         np.array(rows, dtype=np.int64),
         np.array(writer.harmonics, dtype=np.int64),
         np.array(writer.lengths, dtype=np.int64),
         np.concatenate(writer.values, axis=1),
+        np.array(writer.bases),
         np.array(limits, dtype=float),
     )
 
@@ -307,56 +318,73 @@ class _Writer:
     def __init__(self, parts: int, limit: float) -> None:
         self.parts, self.limit = parts, limit
         self.harmonics: list[tuple[int, int]] = []
-        self.lengths: list[tuple[int, int]] = []
-        self.values: list[Any] = []
+        self.lengths: list[tuple[int, int, bool]] = []
+        self.values, self.bases = list[Any](), list[Any]()
+        self.vectors = 0
 
     def table(self, terms: Any) -> tuple[int, ...]:
         """Write a table, its rows from the second on, then the first; return what describes it."""
-        first, listed = len(self.lengths), len(self.harmonics)
+        triple, first, listed = len(self.lengths), self.vectors, len(self.harmonics)
         values, sharp = self._parted(terms)
         rows, counts = _extent(values[0] != 0)
         own, sharp_counts = _extent(sharp)
         sharp_counts += [0] * (rows - own)
         # The kernel reads coefficients one after the other, in the order in which it sums.
         self.harmonics += zip(counts, sharp_counts, strict=True)
-        self._write(values, sharp, _places(counts, sharp_counts))
-        return rows, own, first, listed, max(counts), max(1, *sharp_counts)
+        self._write(values, sharp, _places(counts, sharp_counts, own))
+        return rows, own, triple, first, listed, max(counts), max(1, *sharp_counts)
 
     def rates(self, coefficients: Any) -> tuple[int, int, int]:
         """Write polynomials in I, the highest power first for Horner's rule; describe them."""
-        first = len(self.lengths)
+        first = self.vectors
         values, sharp = self._parted(coefficients)
         count = coefficients.shape[1]
-        own = 1 + int(_last(sharp.any(axis=(0, 2))))
-        self._write(values, sharp, ((k,) for k in range(count - 1, -1, -1)))
-        return count, max(1, count - own), first
+        plain = max(1, count - 1 - int(_last(sharp.any(axis=(0, 2)))))
+        # Horner's rule begins with the highest power in the program's own numbers.
+        powers = range(count - 1, -1, -1)
+        places = (((k,), k == count - 1 or k < count - plain) for k in powers)
+        self._write(values, sharp, places)
+        return count, plain, first
 
     def _parted(self, terms: Any) -> tuple[Any, Any]:
         """Coefficients as sums of doubles, (parts, energies, ..., 3), and a mask of sharp ones."""
         values = in_doubles(terms, self.parts)
         sizes = np.abs(values[0])
-        return values, sizes > negligible(sizes, self.limit)
+        # In doubles nothing is to be divided.
+        return values, (sizes > negligible(sizes, self.limit)) & (self.parts > 1)
 
-    def _write(self, values: Any, sharp: Any, places: Iterable[tuple[int, ...]]) -> None:
+    def _write(
+        self, values: Any, sharp: Any, places: Iterable[tuple[tuple[int, ...], bool]]
+    ) -> None:
         """Write three sums over polynomials of the energy for each of the places, in their order.
 
-        `values` are (parts, energies, ..., 3), and `sharp` is a mask (energies, ..., 3).
+        `values` are (parts, energies, ..., 3), and `sharp` is a mask (energies, ..., 3). With each
+        place it is told whether the sums are read in the program's own numbers.
         """
         # A sum goes up to the last polynomial that any of the three functions needs.
         counts, own = (1 + _last(x.any(axis=-1), -1) for x in (values[0] != 0, sharp))
-        for at in places:
+        base = BASE * np.abs(values[0]).reshape(-1, FUNCTIONS).sum(axis=0)
+        for at, whole in places:
             length = max(1, counts[at])
-            self.lengths.append((length, own[at]))
+            self.lengths.append((length, own[at], whole))
+            self.vectors += FUNCTIONS * (self.parts if whole else 1)
             self.values.append(values[:, length - 1 :: -1, *at])
+            self.bases.append(base)
 
 
-def _places(counts: list[int], sharp_counts: list[int]) -> Iterator[tuple[int, int]]:
-    """The places (row, phase term) of a table in the order of summation, the first row last."""
+def _places(
+    counts: list[int], sharp_counts: list[int], own: int
+) -> Iterator[tuple[tuple[int, int], bool]]:
+    """The places (row, phase term) of a table in the order of summation, the first row last.
+
+    With each place it is told whether it is read in the program's own numbers, as the sharp
+    harmonics and the constants of the first `own` rows are.
+    """
     for i in (*range(1, len(counts)), 0):
         # Harmonics in doubles, then the sharp ones, and the constant, the largest term, last.
         later, last = 2 * sharp_counts[i] + 1, 2 * counts[i] + 1
         for k in (*range(later, last), *range(1, later), 0):
-            yield i, k
+            yield (i, k), i < own and k < later
 
 
 def _extent(used: Any) -> tuple[int, list[int]]:

@@ -24,7 +24,7 @@ from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.orbits.return_map.poincare import section_state
+from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.cycle import symbols
@@ -412,10 +412,5 @@ def section_points(states: Numbers, c: Coefficients, a: Precision) -> SectionPoi
     """
     # Of Qp and Qm the larger one is Qp beside separatrices 2 and 4, where orbits rise.
     rising = np.abs(states[0]) > np.abs(states[1])
-    large, small = (np.where(rising, states[k], states[1 - k]) for k in (0, 1))
-    # A point beside separatrix 4 or 1 is described by its mirror image.
-    sign = np.where(large < 0, -1, 1)
-    M1 = sign * (states[0] + states[1]) * c.to_M1
-    M2 = sign * (states[0] - states[1]) * c.to_M2
-    cos = (states[4] * M1 - states[3] * M2) / a.sqrt(M1 * M1 + M2 * M2)
-    return SectionPoint(rising, sign * small, a.atan2(-sign * states[5], cos))
+    d, chi, _ = section_point(rising, states, c, a)
+    return SectionPoint(rising, d, chi)

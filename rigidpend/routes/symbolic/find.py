@@ -21,7 +21,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
-from rigidpend.routes.symbolic.levels import ChainLevel, Surface, orbits_of
+from rigidpend.routes.symbolic.levels import ChainLevel, OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import shortest, with_half_turns
 
@@ -179,7 +179,7 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
     return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
 
 
-def _solved(orbits: Surface, address: Address, near: Exact | None) -> tuple[Chain, float]:
+def _solved(orbits: OrbitFamily, address: Address, near: Exact | None) -> tuple[Chain, float]:
     """The chain of an address at its own energy, and the derivative of theta2_0 in the energy."""
     # The energy of an orbit depends on its theta2_0. A first chain is found at a guess of it.
     if near is None:
@@ -211,7 +211,11 @@ def _nearby(address: Address, other: Address) -> list[Address]:
 
 
 def _either(
-    orbits: Surface, level: ChainLevel, address: Address, middle: float, beside: Array | None = None
+    orbits: OrbitFamily,
+    level: ChainLevel,
+    address: Address,
+    middle: float,
+    beside: Array | None = None,
 ) -> Chain:
     """The chain from the first cell that is asked for, or from either: that which takes less time.
 
@@ -244,7 +248,7 @@ def _either(
     return min(found, key=lambda each: float(each.time.sum()))
 
 
-def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
+def _at_own_energy(orbits: OrbitFamily, made: Chain) -> tuple[Chain, float]:
     """The chain at the energy that belongs to its own theta2_0, by secants in the energy.
 
     The second result is the derivative of theta2_0 in the energy along chains with this last

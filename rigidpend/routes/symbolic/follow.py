@@ -29,7 +29,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import section_points
-from rigidpend.routes.symbolic.levels import ChainLevel, Surface, each_alone, onward, orbits_of
+from rigidpend.routes.symbolic.levels import ChainLevel, OrbitFamily, each_alone, onward, orbits_of
 
 LEAST_BITS = 64
 """Least precision, bits, of the states at crossings."""
@@ -105,7 +105,7 @@ def addressed(level: ChainLevel, points: SectionPoint, symbols: NDArray[np.uint8
     return Address.of(at, symbols)
 
 
-def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
+def followed(orbits: OrbitFamily, theta2: float, n: int) -> tuple[Address, Array]:
     """The address of the orbit of a phase through at most n passages, by the map in doubles.
 
     The second result is chi of its crossings, radians, whole turns included. Both end before the

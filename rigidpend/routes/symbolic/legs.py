@@ -21,7 +21,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import Chain, crossing_states, tangents
-from rigidpend.routes.symbolic.levels import Surface
+from rigidpend.routes.symbolic.levels import OrbitFamily
 
 DIGIT = math.log2(10)
 """Bits of a decimal digit."""
@@ -73,7 +73,7 @@ class Legs:
     """
 
     def __init__(
-        self, orbits: Surface, chain: Chain, times: Array, digits: float, jobs: int
+        self, orbits: OrbitFamily, chain: Chain, times: Array, digits: float, jobs: int
     ) -> None:
         """Legs of a chain, as many as `times` by the map; the end of the first needs `digits`.
 

@@ -1,7 +1,7 @@
 """The return map at one energy as chains use it, and the orbits of Fig. 4 as their beginnings.
 
 A :class:`ChainLevel` looks up the values and derivatives of the inverse charts together, in
-doubles. A :class:`Surface` holds the orbits on S1-, one for each phase theta2_0.
+doubles. A :class:`OrbitFamily` holds the orbits on S1-, one for each phase theta2_0.
 """
 
 from __future__ import annotations
@@ -227,8 +227,8 @@ class Arrival(NamedTuple):
     """Derivative of b in the parameter."""
 
 
-class Surface(NamedTuple):
-    """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa)."""
+class OrbitFamily(NamedTuple):
+    """The orbits of a problem, one for each phase theta2_0, with their return map."""
 
     problem: RouteProblem
     return_map: ReturnMap
@@ -272,7 +272,7 @@ class Surface(NamedTuple):
 
 
 @functools.lru_cache(maxsize=8)
-def orbits_of(problem: RouteProblem) -> Surface:
+def orbits_of(problem: RouteProblem) -> OrbitFamily:
     """The orbits of a problem with their map; MapError, with the reason, where they have none."""
     check_start(problem)
-    return Surface(problem, return_map(problem.body, h=problem.energies))
+    return OrbitFamily(problem, return_map(problem.body, h=problem.energies))

@@ -32,7 +32,7 @@ from rigidpend.routes.symbolic.chain import (
     tangents,
 )
 from rigidpend.routes.symbolic.legs import BELOW, DIGIT, GUARD, Legs, Slopes
-from rigidpend.routes.symbolic.levels import STEP, Surface
+from rigidpend.routes.symbolic.levels import STEP, OrbitFamily
 
 FIRST_DIGITS = 9.0
 """Digits behind the point that crossings by the map in doubles are expected to have.
@@ -66,7 +66,7 @@ class Refined(NamedTuple):
     crossing_time: Array
 
 
-def refined(orbits: Surface, chain: Chain, by_energy: float, digits: int, jobs: int) -> Refined:
+def refined(orbits: OrbitFamily, chain: Chain, by_energy: float, digits: int, jobs: int) -> Refined:
     """theta2_0 of a chain at its own energy to `digits` digits behind the point.
 
     `by_energy` is the derivative of theta2_0 in the energy for a fixed last crossing. NoOrbit is
@@ -88,7 +88,7 @@ def refined(orbits: Surface, chain: Chain, by_energy: float, digits: int, jobs: 
     return Refined(_decimal(theta, digits), fixed, bits, delay, times)
 
 
-def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
+def _growth(orbits: OrbitFamily, chain: Chain, by_energy: float) -> Array:
     """Growth of a change of theta2_0 along a chain, with the change of energy that it causes.
 
     The result is log10 of the change of t' at the crossings, per radian of theta2_0, (n + 1,).
@@ -104,7 +104,7 @@ def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
     return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
 
 
-def _begun(orbits: Surface, chain: Chain, off: Any) -> Array:
+def _begun(orbits: OrbitFamily, chain: Chain, off: Any) -> Array:
     """d, chi and t', (3, N), of the first crossings of orbits whose phases are `off` a chain's."""
     at = orbits.enter(chain.level.map_level, np.atleast_1d(chain.parameter + off))
     return np.array((at.point.d, at.point.chi, at.time))

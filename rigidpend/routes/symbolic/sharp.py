@@ -25,18 +25,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, eq1, hamiltonian_J3_0
+from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Array, Numbers
-from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE, PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
-from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.integrate.states import at_crossings, states_at
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import coefficients, lift, reduced
+from rigidpend.orbits.return_map.reduced import coefficients, lift, reduced, rounded
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.levels import ChainLevel
+from rigidpend.routes.symbolic.levels import STEP, ChainLevel
 
 DEPTH = Fraction(1, 10**16)
 """J1 of the starts over J1_0. Orbits start with I of 1e-16 of J1, and theta2_0 errs by I/J1_0."""
@@ -44,8 +44,6 @@ HIGHEST = Fraction(1, 10**20)
 """Largest J1 of the starts over the splitting: 1e-16 of it displaces an orbit by 1e-36 rad."""
 MOST_ITERATIONS = 60
 """Largest number of iterations for a point of the surface in doubles."""
-STEP = 1e-4
-"""Step of the derivatives of b and theta1 in theta2, radians."""
 FIRST_ERROR = 1e-12
 """Largest error of b by the map in doubles, radians, where its roundings do not count."""
 GAINED = 1e-6
@@ -58,8 +56,6 @@ NEAREST, FARTHEST = 1e-15, 1e-2
 v is the coordinate of the normal form."""
 ROUNDS = 16
 """Largest number of measurements of I."""
-CROSSING_STEPS = 2
-"""Newton's steps to a crossing from 1e-4 off, a hundred times what an orbit may be displaced."""
 FINEST_ERROR = 3e-30
 """Largest error that is left, radians: a third of the 30th digit."""
 
@@ -93,7 +89,7 @@ class Launch:
         self.J1 = min(self.J1_0 * depth, level.splitting * highest)
         self.c = coefficients(self.p, "1", self.a)
         self.fractions = AlignedCoefficients(*(fraction(x, self.bits) for x in self.c.aligned))
-        self.doubles = coefficients(level.body.angles(), "1", precision(53))
+        self.doubles = rounded(self.c)
         self.zero_phase = self.a.pi / 2 - self.p.beta0 / 2
 
     def theta2(self, b: Array, J1: float) -> Array:
@@ -160,12 +156,10 @@ class Launch:
 
     def _crossed(self, states: Numbers, times: Array, jobs: int) -> tuple[Numbers, Array]:
         """States (6, N) at the crossings near t' = `times`, and how much later these are, t'."""
-        at, moved = self.carried(states, times, jobs), np.zeros_like(times)
-        for _ in range(CROSSING_STEPS):
-            here = at.astype(float)
-            more = -here[2] / aligned(here, self.doubles.aligned)[2]
-            at, moved = self.carried(at, more, jobs), moved + more
-        return at, moved
+        given = self.fractions, states, times, self.bits, FINEST_TOLERANCE[DEFAULT_ENGINE]
+        late = 2.0 ** (2 - self.bits)
+        at, there, _ = at_crossings(*given, late, engine=DEFAULT_ENGINE, jobs=jobs)
+        return there, (at - exactly([times])).astype(float)
 
     def _beside(self, psi: Array, J1: float) -> tuple[Array, Array, Array]:
         """v, theta1 and the oscillation of the time where orbits of the surface have psi and J1.

@@ -27,7 +27,7 @@ from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.symbolic.chain import ANGLES, Chain, carried, tangents
-from rigidpend.routes.symbolic.levels import ChainLevel, Mask, Surface, onward, widest_d
+from rigidpend.routes.symbolic.levels import ChainLevel, Mask, OrbitFamily, onward, widest_d
 
 ROUNDINGS = 3
 """Number of roundings in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
@@ -142,7 +142,7 @@ class Stretched(NamedTuple):
         return INTEGRATED / widest_d(self.level) * self.allowed
 
 
-def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
+def stretched(orbits: OrbitFamily, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
     """Follow orbits of one body and h0 through n passages, by their theta2_0 (radians) and J1_0."""
     level, c = orbits.return_map.at(orbits.energy(theta2_0, J1_0)), orbits.return_map.coefficients
     begin = orbits.enter(level, theta2_0, J1_0)

@@ -157,13 +157,13 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
 ROUTES = remembered(codes_of)
 
 
-def route(task: Task, turned: int = -1) -> Crossed:
+def route(task: Task, turned: int = -1) -> Any:
     """What integration finds, with one symbol of the column `turned` turned over."""
     found = ROUTES(task.problem, task.theta2_0, resolve())
     codes = found.codes.copy()
     if turned in range(codes.shape[1]):
         codes[1, turned] ^= 1
-    return Crossed(codes, found.crossing_time, found.certain)
+    return found._replace(codes=codes)
 
 
 @pytest.fixture
@@ -181,7 +181,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
         def made(name: str, task: Task, entry: Any, threads: int) -> Solver:
             clock[0] += more.get("made", 0.0)
 
-            def solve() -> Crossed:
+            def solve() -> Any:
                 n = task.states.shape[1]
                 called.append((name, n, task.end))
                 anew = (name, task.problem) not in seen
@@ -240,7 +240,7 @@ def test_where_two_methods_differ_more_bits_tell_which_is_right_if_there_is_time
     assert line["body"] == [2, 1, 1.5, *[0.5**0.5] * 2, 0.001, 1.3342, 1e-8]
     # Both are called with another body first: what any body needs is not told of this one.
     assert [x[:2] for x in called[:3]] == [("ours", 1), ("ours", 40), ("peer", 16)]
-    last = route(problems.random_routes(SHORT, 40)).time.max()
+    last = route(problems.random_routes(SHORT, 40)).crossing_time.max()
     end = called[-1][2] * problems.time_unit(SHORT.body)
     assert last < end < 1.01 * last, "the horizon of a peer"
 
@@ -271,7 +271,7 @@ def test_symbols_of_random_phases_are_held_against_113_bits_within_the_time_that
     """
 
     def made(_: str, task: Task, __: Any) -> Solver:
-        def solve() -> Crossed:
+        def solve() -> Any:
             clock[0] += 0.2 * task.states.shape[1]
             return route(task, 2)
 

@@ -106,6 +106,45 @@ def test_an_operation_errs_by_roundings_of_the_last_part_alone(
             assert all(abs(low) <= 2.0**-52 * abs(high) for high, low in each), "parts overlap"
 
 
+@pytest.mark.parametrize(
+    ("size", "base", "kept"),
+    [(1.02, 3.0, True), (1.3, 3.0, True), (2.0, 3.0, True), (1.02, 2.95, False)],
+)
+def test_sums_upon_a_base_lose_its_last_bits_alone(size: float, base: float, kept: bool) -> None:
+    """Totals from -size to size need a base of three times that.
+
+    Upon it the largest is twice the least. Upon a smaller one their difference may need 54 bits, if
+    a power of two lies between it and the least total.
+    """
+
+    def lines(n: Doubles, a: Value, b: Value) -> Value:
+        on, less = n.code.number(base * size), n.opposite(b)
+        total = n.with_raised_product(n.raised(n.code.number(0.0), on), a, b)
+        # Down in one step and up in two: errors of the same steps back and forth would cancel.
+        for factor in (n.plus(less, less), b, b) * 2:
+            total = n.with_raised_product(total, a, factor)
+        for term in (n.opposite(a), n.opposite(a), a, a):
+            total = n.with_raised(total, term)
+        return n.lowered(n.with_raised_product(total, a, less), on)
+
+    # All 12 terms cancel: what is left are the errors. The k-th is added to a second part that has
+    # gathered as many roundings of the base, of 2^-53, and is itself rounded.
+    source, worst = random.Random(3), 0.0
+    for _ in range(50):
+        rows = [
+            np.array([as_doubles(x, 2) for x in xs]).T.copy()
+            for xs in (just_below(source, size), just_below(source, 1))
+        ]
+        out = np.empty((2, LANES))
+        compiled(lines, 2)(out, *rows)
+        worst = max(worst, np.abs(out).max())
+    assert (worst < 12**2 / 2 * 2.0**-106 * base * size) == kept
+
+
+def just_below(source: random.Random, size: float) -> list[Fraction]:
+    return [Fraction(size) * (1 - Fraction(source.getrandbits(96), 1 << 106)) for _ in range(LANES)]
+
+
 ROUNDINGS = {53: 2.0, 106: 3.0}
 """Errors allowed, in units of 2^-bits of an angle above 1 and of any other result."""
 M = context(300)

@@ -242,29 +242,57 @@ def test_starts_have_places_from_end_to_end(kind: Any) -> None:
     assert not np.asarray(at_once.astype(float)).any()
 
 
-def test_what_is_summed_in_doubles_loses_less_than_what_is_left_out(
-    made: ReturnMap, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Late crossings tell: each passage makes errors grow by a factor of some ten."""
-    phase, e = drawn()
+def late(made: ReturnMap, **changes: float) -> Any:
+    """Times of late crossings in pairs: each passage makes errors grow by a factor of some ten."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in changes.items():
+            patch.setattr(program, name, value)
+        return followed(replace(made), 64, *drawn(), crossings=LATE).time[-1]
 
-    def late(headroom: float) -> Any:
-        monkeypatch.setattr(program, "HEADROOM", headroom)
-        return followed(replace(made), 64, phase, e, crossings=LATE).time[-1]
 
-    given, pairs = program.HEADROOM, late(math.inf)
-    others = late(given), late(2.0**-4), in_full(made, phase, e, LATE)[0][-1]
-    mixed, too_few, left_out = (np.nanmedian(np.abs(pairs - x).astype(float)) for x in others)
+def apart(one: Any, other: Any) -> float:
+    return float(np.nanmedian(np.abs(one - other).astype(float)))
+
+
+def test_what_is_summed_in_doubles_loses_less_than_what_is_left_out(made: ReturnMap) -> None:
+    pairs = late(made, HEADROOM=math.inf)
+    mixed = apart(pairs, late(made, HEADROOM=program.HEADROOM))
+    too_few, left_out = (
+        apart(pairs, x)
+        for x in (late(made, HEADROOM=2.0**-4), in_full(made, *drawn(), LATE)[0][-1])
+    )
     assert 0 < mixed < left_out < too_few
 
 
-def test_few_terms_are_summed_in_pairs_and_in_doubles_all_are_the_same(made: ReturnMap) -> None:
+def test_sums_in_pairs_need_a_base_above_their_terms(made: ReturnMap) -> None:
+    """Errors of a last bit have grown by 5e9 in the end, and show only where pairs are not kept."""
+    times = [late(made, HEADROOM=math.inf, BASE=x) for x in (program.BASE, 2.0**20, 2.0**-4)]
+    same(times[0], times[1])
+    assert apart(times[0], times[2]) > 1e-9
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_bases_are_above_all_terms_of_a_table(made: ReturnMap, bits: int) -> None:
+    given = made.program(bits, *map(precision(made.bits).number, INTERVAL))
+    ends = np.cumsum(given.lengths[:, 0])
+    for leg in given.legs:
+        for rows, _, triple, _, listed, *_ in (leg[:7], leg[7:14]):
+            after = triple + rows + 2 * given.harmonics[listed : listed + rows, 0].sum()
+            terms = given.values[0, ends[triple] - given.lengths[triple, 0] : ends[after - 1]]
+            own = given.bases[triple:after]
+            assert (own == own[0]).all()
+            np.testing.assert_allclose(own[0], program.BASE * np.abs(terms).sum(axis=0), rtol=1e-12)
+    assert program.BASE > 3
+
+
+def test_few_terms_are_summed_in_pairs_and_in_doubles_none(made: ReturnMap) -> None:
     shares = []
     for bits in (53, 64):
         given = made.program(bits, *map(precision(made.bits).number, POINT))
         own = [x[:, 1].sum() / x[:, 0].sum() for x in (given.harmonics, given.lengths)]
         shares.append(own)
-    # Three coefficients that are all left out are a sum of doubles.
-    assert shares[0][0] == 1
-    assert shares[0][1] > 0.98
+        # Three doubles for each triple, and a further part where it is read in pairs.
+        parts = len(given.values)
+        assert given.vectors == 3 * len(given.lengths) + 3 * (parts - 1) * given.lengths[:, 2].sum()
+    assert not any(shares[0])
     assert 0 < max(shares[1]) < 0.4

@@ -16,7 +16,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.chain import crossing_states
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
-from rigidpend.routes.symbolic.levels import Surface, orbits_of
+from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.stretching import (
     Stretched,
     integrated,
@@ -161,7 +161,7 @@ PASSAGES = 5
 
 
 @pytest.fixture(scope="module")
-def orbits() -> Surface:
+def orbits() -> OrbitFamily:
     return orbits_of(RouteProblem(BODY, H, J1_0, PASSAGES))
 
 
@@ -172,7 +172,7 @@ def some(count: int) -> tuple[Array, Array]:
 
 
 @pytest.fixture(scope="module")
-def found(orbits: Surface) -> Stretched:
+def found(orbits: OrbitFamily) -> Stretched:
     return stretched(orbits, *some(200), PASSAGES)
 
 
@@ -242,6 +242,6 @@ def test_growths_are_the_largest_singular_values() -> None:
         np.testing.assert_allclose(np.exp(grown[k]), largest, rtol=1e-11)
 
 
-def test_orbits_that_begin_beyond_the_normal_form_are_left_out(orbits: Surface) -> None:
+def test_orbits_that_begin_beyond_the_normal_form_are_left_out(orbits: OrbitFamily) -> None:
     seen = stretched(orbits, np.array([1.0, 1.0]), np.array([1e-8, 0.3]), 1)
     np.testing.assert_array_equal(seen.inside, [True, False])

@@ -45,8 +45,8 @@ class Functions:
         count = 2 * self._until(SQUARE, lambda j: math.factorial(2 * j)) + 2
         ratios = [Fraction((-1) ** (k // 2), math.factorial(k)) for k in range(count)]
         # The leading terms r and 1 are added last, so that rounding is relative to the result.
-        sin = n.settled(n.with_product(r, n.times(r, w), self._series(ratios[3::2], w, SQUARE)))
-        cos = n.settled(n.with_product(self._number(1), w, self._series(ratios[2::2], w, SQUARE)))
+        sin = self._plus(r, n.times(r, w), self._series(ratios[3::2], w, SQUARE))
+        cos = self._plus(self._number(1), w, self._series(ratios[2::2], w, SQUARE))
         quarter = code(f"fptosi {code.vector} {turns} to {code.whole}")
         # Odd quarters of a turn exchange sine and cosine. The sine's sign is the second bit of
         # `quarter`, the cosine's that of the next quarter, as cos x = sin(x + pi/2).
@@ -82,7 +82,7 @@ class Functions:
         w = n.times(z, z)
         twice = n.plus(z, z)
         shares = [Fraction(1, 2 * j + 1) for j in range(1, self._until(NEAR_1, lambda j: 2 * j))]
-        near = n.settled(n.with_product(twice, n.times(twice, w), self._series(shares, w, NEAR_1)))
+        near = self._plus(twice, n.times(twice, w), self._series(shares, w, NEAR_1))
         exponent = code(f"sitofp {code.whole} {k} to {code.vector}")
         return n.settled(n.with_product(near, n.of_double(exponent), self._number(self.ln2)))
 
@@ -114,8 +114,13 @@ class Functions:
             if 0 < few <= j:
                 total = n.of_double(plain.with_product(c, total, x)[0])
             else:
-                total = n.settled(n.with_product(c, total, x))
+                total = self._plus(c, total, x)
         return total
+
+    def _plus(self, c: Value, total: Value, x: Value) -> Value:
+        """c + total x, a step of a series in which each term is at most half of the one before."""
+        # So c is its own base.
+        return self.numbers.settled(self.numbers.with_raised_product(c, total, x))
 
     def _until(self, ratio: float, divisor: Callable[[int], int]) -> int:
         """The number of terms ratio^j / divisor(j) until they are below round-off."""

@@ -83,6 +83,26 @@ class Doubles:
     def settled(self, total: Value) -> Value:
         return total
 
+    def raised(self, x: str, base: str) -> Value:
+        """A double x upon a base, to which `with_raised` and `with_raised_product` may add.
+
+        The base, a double, is at least 3 times as large as the total, with any number of the terms,
+        can become. Doubles do without it.
+        """
+        return (x,)
+
+    def with_raised(self, total: Value, a: Value) -> Value:
+        """A raised total + a."""
+        return self.plus(total, a)
+
+    def with_raised_product(self, total: Value, a: Value, b: Value) -> Value:
+        """A raised total + a b."""
+        return self.with_product(total, a, b)
+
+    def lowered(self, total: Value, base: str) -> Value:
+        """A raised total without its base; it errs by roundings of the base's last bit."""
+        return total
+
     def divided(self, a: Value, share: Value, whole: str) -> Value:
         """a / whole, correctly rounded, from share = 1/whole.
 
@@ -247,6 +267,29 @@ class Pairs(Expansions):
 
     def _settled(self, total: Value) -> Value:
         return self._joined(*total)
+
+    # A raised total stays within a third of its base. So two of them differ by less than a factor
+    # of 2, and their difference is exact (Sterbenz): a sum's rounding error takes two operations to
+    # find, not five. That of a product is in it, for the product is fused with the sum.
+
+    def raised(self, x: str, base: str) -> Value:
+        return self._joined(base, x)
+
+    def with_raised(self, total: Value, a: Value) -> Value:
+        code = self.code
+        high = code.binary("fadd", total[0], a[0])
+        lost = code.binary("fadd", a[0], code.binary("fsub", total[0], high))
+        return high, code.binary("fadd", total[1], code.binary("fadd", lost, a[1]))
+
+    def with_raised_product(self, total: Value, a: Value, b: Value) -> Value:
+        code = self.code
+        high = code.fma(a[0], b[0], total[0])
+        lost = code.fma(a[0], b[0], code.binary("fsub", total[0], high))
+        lost = code.fma(a[1], b[0], code.fma(a[0], b[1], lost))
+        return high, code.binary("fadd", total[1], lost)
+
+    def lowered(self, total: Value, base: str) -> Value:
+        return self._joined(self.code.binary("fsub", total[0], base), total[1])
 
     def quotient(self, a: Value, b: Value) -> Value:
         quotients, rest = [], a

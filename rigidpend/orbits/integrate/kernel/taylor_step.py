@@ -21,13 +21,13 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value, as_doubles
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value, as_doubles
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexadecimal
 from rigidpend.orbits.integrate.kernel.tape import TracedField
 
@@ -52,6 +52,10 @@ def order_of(tolerance: float) -> int:
     """Order of the series that is cheapest for a local tolerance (Jorba and Zou, eq. 3.8)."""
     # Steps are the radius of convergence over e^2, so an order gains two nats.
     return max(4, math.ceil(1 - math.log(tolerance) / 2))
+
+
+Further: TypeAlias = Callable[[Doubles, Value, Value], Value]
+"""A step of Horner's rule, ``further(n, total, c)``, in numbers of a kind."""
 
 
 class Room(NamedTuple):
@@ -249,14 +253,14 @@ class Kernel:
 
     def at(self, h: str, components: int) -> list[Value]:
         """Values of the first components at a time h, a double, after the beginning of the step."""
-        return self._summed(components, lambda total, c: self.numbers.horner(total, h, c))
+        return self._summed(components, lambda n, total, c: n.horner(total, h, c))
 
     def at_number(self, x: Value) -> list[Value]:
         """Values of all components at a time x that has all parts of a number."""
-        return self._summed(self.size, lambda total, c: self.numbers.horner_at(total, x, c))
+        return self._summed(self.size, lambda n, total, c: n.horner_at(total, x, c))
 
-    def _summed(self, components: int, further: Callable[[Value, Value], Value]) -> list[Value]:
-        """Series summed by Horner's rule, where `further(total, c)` takes in one coefficient."""
+    def _summed(self, components: int, further: Further) -> list[Value]:
+        """Series summed by Horner's rule, where `further` takes in one coefficient."""
         code, n = self.code, self.numbers
         totals = code.variable(n.rows(components * self.parts))
         if self.parts <= 2:
@@ -268,22 +272,35 @@ class Kernel:
                 self._sum([i], totals, further)
         return [n.load(totals, i) for i in range(components)]
 
-    def _sum(
-        self,
-        components: Sequence[str | int],
-        totals: str,
-        further: Callable[[Value, Value], Value],
-    ) -> None:
+    def _sum(self, components: Sequence[str | int], totals: str, further: Further) -> None:
         """Sum the series of some components side by side into `totals`, a number each."""
-        n, places = self.numbers, [self.place_of(i) for i in components]
-        kept = [self.code.variable(n.rows(self.parts)) for _ in components]
+        code, places = self.code, [self.place_of(i) for i in components]
+        kept = [code.variable(self.numbers.rows(self.parts)) for _ in components]
         for place, total in zip(places, kept, strict=True):
-            n.store(n.load(place, "%order"), total, 0)
-        with self.descending() as k:
-            for place, total in zip(places, kept, strict=True):
-                n.store(further(n.load(total, 0), n.load(place, k)), total, 0)
+            self.numbers.store(self.numbers.load(place, "%order"), total, 0)
+        # Partial sums need no more parts than the coefficients that they begin with.
+        last = self.before
+        for n, first in reversed(self.by_parts()):
+            with code.loop(code.add(code(f"sub i64 {last}, {first}"), 1)) as done:
+                k = code(f"sub i64 {last}, {done}")
+                for place, total in zip(places, kept, strict=True):
+                    n.store(further(n, n.load(total, 0), n.load(place, k)), total, 0)
+            last = code.add(first, -1)
         for i, total in zip(components, kept, strict=True):
-            n.store(n.load(total, 0), totals, i)
+            self.numbers.store(self.numbers.load(total, 0), totals, i)
+
+    def by_parts(self) -> list[tuple[Doubles, str]]:
+        """Kinds of numbers of the components' coefficients, and the first order of each.
+
+        Higher orders are smaller on the step and need fewer bits: they have ever fewer parts, down
+        to one double. Numbers keep their places in memory, with zeros for the parts that they lack.
+        """
+        code, found = self.code, [(self.numbers, "0")]
+        for i, parts in enumerate(range(self.room.parts - 1, 0, -1)):
+            # A component's coefficient is that of its rate, one order below, divided by its order.
+            first = code.add(code.scalar("%bounds", i, "i64"), 1)
+            found.append((KINDS[BITS * parts](code, self.parts), first))
+        return found
 
     @contextmanager
     def descending(self, last: int = 0) -> Iterator[str]:
@@ -323,11 +340,8 @@ class Recurrences:
                 values[i] = self._linear(i, "0", values, values)
                 self._put(i, values[i], "0")
         self._integrate(values, "0")
-        # Higher orders are smaller on the step and need fewer bits: one loop for each number of
-        # parts, from the most down to one double. Numbers keep their places in memory, with zeros
-        # for the parts that they lack.
-        for i, parts in enumerate(range(self.kernel.room.parts, 0, -1)):
-            self.numbers = KINDS[BITS * parts](self.code, self.kernel.parts)
+        for i, (numbers, _) in enumerate(self.kernel.by_parts()):
+            self.numbers = numbers
             last = self.code.scalar("%bounds", i, "i64")
             with self.code.loop(last, first) as k:
                 self._coefficients(k, values)

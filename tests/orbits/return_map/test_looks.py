@@ -1,0 +1,118 @@
+"""Looks at the layer of orbits: what they refuse, from both sides."""
+
+import math
+from typing import Any
+
+import pytest
+
+from rigidpend.orbits.return_map import MapError, looks
+from rigidpend.orbits.return_map.looks import (
+    LARGEST_RADIUS,
+    Layer,
+    Rough,
+    first_look,
+    second_look,
+    whole_reach,
+)
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
+from tests.bodies import FIG4
+
+H = 1.3342
+
+
+@pytest.fixture(scope="module")
+def rough() -> Rough:
+    return Rough(coefficients(FIG4.angles(), "1", precision(53)), H)
+
+
+@pytest.mark.parametrize(
+    ("width", "refused"), [(0, "less than 1e-300 of"), (0.999, "some 9e-13 of"), (1.001, "")]
+)
+def test_a_layer_below_what_pairs_of_doubles_resolve_is_refused(
+    rough: Rough, monkeypatch: pytest.MonkeyPatch, width: float, refused: str
+) -> None:
+    monkeypatch.setattr(looks, "layer_width", lambda _: width * 2.0**-40)
+    if refused:
+        with pytest.raises(MapError, match=f"nearly symmetric.*{refused}"):
+            whole_reach(rough)
+    else:
+        assert whole_reach(rough) > 0
+
+
+def test_only_a_body_without_any_force_is_without_weight(rough: Rough) -> None:
+    """In the Hess case one of both is zero."""
+    c, none = rough.c.aligned, {"force_p": 0.0, "force_m": 0.0}
+    for name in none:
+        assert whole_reach(Rough(rough.c._replace(aligned=c._replace(**{name: 0.0})), H)) > 0
+    with pytest.raises(MapError, match="without weight"):
+        whole_reach(Rough(rough.c._replace(aligned=c._replace(**none)), H))
+
+
+@pytest.mark.parametrize(
+    ("whole", "reached", "tried"),
+    [
+        (5.5, 5.6, [5.5]),
+        (5.5, 4.41, [5.5, 4.4]),
+        (5.5, 4.39, [5.5, 4.4, 3.52]),
+        (5.5, 2.26, [5.5, 4.4, 3.52, 2.816, 2.2528]),
+        (5.5, 2.2, None),
+        # The next would reach 2.16.
+        (2.7, 2.65, None),
+        (1.3, 1.4, [1.3]),
+        (1.3, 1.2, None),
+    ],
+)
+def test_tables_reach_as_far_as_series_shrink_and_the_reason_is_that_of_the_whole_layer(
+    rough: Rough, monkeypatch: pytest.MonkeyPatch, whole: float, reached: float, tried: Any
+) -> None:
+    one, asked = first_look(rough, 1.0).widest_I, []
+
+    def second_look(_: Rough, layer: Layer) -> Any:
+        asked.append(layer.widest_I / one)
+        if asked[-1] > reached:
+            raise MapError(f"not as far as {asked[-1]:.3g}")
+        return "seen"
+
+    monkeypatch.setattr(looks, "whole_reach", lambda _: whole)
+    monkeypatch.setattr(looks, "second_look", second_look)
+    if tried is None:
+        with pytest.raises(MapError, match=f"not as far as {whole}"):
+            looks.looks(rough)
+        assert asked[-1] >= 2.2 or len(asked) == 1
+    else:
+        assert looks.looks(rough)[0].widest_I / one == pytest.approx(tried[-1])
+        assert asked == pytest.approx(tried)
+
+
+def test_a_normal_form_of_too_high_a_degree_is_refused(
+    rough: Rough, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    layer = first_look(rough, 5.5)
+    monkeypatch.setattr(looks, "MOST_DEGREE", 0)
+    with pytest.raises(MapError, match="mu is too large: the normal form") as refused:
+        second_look(rough, layer)
+    degree = int(str(refused.value).rpartition(" ")[2])
+    monkeypatch.setattr(looks, "MOST_DEGREE", degree)
+    assert second_look(rough, layer).by_degree[0] == 1
+    monkeypatch.setattr(looks, "MOST_DEGREE", degree - 1)
+    with pytest.raises(MapError, match="mu is too large: the normal form"):
+        second_look(rough, layer)
+
+
+def test_arcs_end_short_of_the_singularity(rough: Rough) -> None:
+    """The radius grows as the root of the width."""
+    widest = 0.25 / rough.radius(1.0) ** 2
+    assert LARGEST_RADIUS == 0.5
+    assert rough.arc_length(0.999 * widest) > 0
+    with pytest.raises(MapError, match="mu is too large"):
+        rough.arc_length(1.001 * widest)
+
+
+def test_arcs_end_where_both_components_are_equal(rough: Rough) -> None:
+    """Without weight v = 2 Q exp(-x) falls, and u = d exp(x)/2 rises, at x = u t'."""
+    c, d = rough.c.aligned, 1e-3
+    J2 = math.sqrt(2 * H / c.kappa)
+    x, Q = rough.arc_length(d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
+    assert d * math.exp(x) / 2 == pytest.approx(2 * Q * math.exp(-x))
+    assert rough.border(d) == pytest.approx(d * math.exp(x) / 2)
