@@ -31,7 +31,7 @@ SILENCE = 5.0
 """Seconds without a line after which long work reports its state."""
 
 _of_thread = threading.local()
-"""Settings of a pool's thread: `stops`, events that end its work, and `listener`, for its lines."""
+"""Settings of a pool's thread: `stop`, the event that ends it, and `listener`, for its lines."""
 _to_parent: Any = None
 """Queue for the lines of this process."""
 _hiding = threading.Lock()
@@ -43,7 +43,8 @@ def check_stop() -> None:
     That is so in a thread of a pool that is being stopped, and in every thread of a command line
     after Ctrl-C or SIGTERM.
     """
-    if came() or any(stop.is_set() for stop in getattr(_of_thread, "stops", ())):
+    stop = getattr(_of_thread, "stop", None)
+    if came() or (stop and stop.is_set()):
         raise Stopped
 
 
@@ -135,8 +136,8 @@ def side_by_side(
     if workers <= 1:
         return [_done(work, part, *given) for part in parts]
     stop = threading.Event()
-    # A pool within a pool's thread obeys the outer pool's stops too.
-    heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
+    # In a thread of another pool the wait for results heeds that pool's stop, and sets this one.
+    heeded = stop, getattr(_of_thread, "listener", None)
     pool = ThreadPoolExecutor(workers, initializer=_heed, initargs=heeded)
     with _ended(pool, stop.set):
         return [_result(x) for x in [pool.submit(work, part, *given) for part in parts]]
@@ -281,9 +282,9 @@ def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[Executor]:
         pool.shutdown(cancel_futures=True)
 
 
-def _heed(stops: tuple[threading.Event, ...], listener: Listener | None) -> None:
-    """Let this thread's work obey the stop events and the listener of the pool."""
-    _of_thread.stops, _of_thread.listener = stops, listener
+def _heed(stop: threading.Event, listener: Listener | None) -> None:
+    """Let this thread's work obey the stop event and the listener of the pool."""
+    _of_thread.stop, _of_thread.listener = stop, listener
 
 
 def _follow_parent(to: Any) -> None:

@@ -109,11 +109,8 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
             # A method that was asked for by name is not replaced in silence.
             if method == "map":
                 raise
-            # Few orbits integrate fast, so that the missing map needs no warning.
-            if not few:
-                each, all_ = costs.integration(run.problem, ladder), run.orbits
-                said = f"there are no return maps: {reason}"
-                costs.warned(run.problem, all_, all_, each, said)
+            each, all_ = costs.integration(run.problem, ladder), run.orbits
+            costs.warned(run.problem, all_, all_, each, f"there are no return maps: {reason}")
     return run.by_integration()
 
 

@@ -147,8 +147,8 @@ def closeness(problem: RouteProblem) -> float:
 
 def narrowness(nu: float) -> float:
     """ln(sinh(nu)/nu) = ln(displacement of both surfaces / their splitting)."""
-    # sinh(nu) overflows beyond 710, and from 50 on it is exp(nu)/2 to the last digit.
-    return math.log(math.sinh(nu) / nu) if nu < 50 else nu - math.log(2 * nu)
+    # In this form sinh(nu) does not overflow.
+    return nu + math.log(-math.expm1(-2 * nu) / (2 * nu))
 
 
 def whisker_growth(nu: float) -> float:

@@ -88,9 +88,9 @@ def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     m, p = context(bits), problem.body.angles(bits)
     J1, J2 = problem.J1_0.in_context(m), problem.J2_0(bits)
     lag = delta(SeparatrixMotion(number, J1, J2 - J1, 0), p, m)
-    found = sorted(float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
+    found = (float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
     # A remainder just below 2 pi may round to the double 2 pi, which is phase 0.
-    return tuple(x if x < math.tau else 0.0 for x in found)
+    return tuple(sorted(x if x < math.tau else 0.0 for x in found))
 
 
 def missed(problem: RouteProblem) -> float:

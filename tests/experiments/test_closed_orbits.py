@@ -1,5 +1,6 @@
 """The experiment `closed_orbits`: counts, averages, verification, results told apart."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
 from rigidpend.routes.symbolic import NoOrbit
+from rigidpend.routes.symbolic.closed import closed
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
@@ -60,6 +62,26 @@ def test_the_long_orbit_is_found_in_any_units(mu: str, h: str, data: Any) -> Non
     averages = computed(asked("closed_orbits", *SMALL, f"problem.mu={mu}", f"problem.h={h}"))
     for name, value in data["averages"].items():
         assert averages["averages"][name] == pytest.approx(value, rel=1e-6)
+
+
+def test_the_error_of_the_long_orbit_is_that_of_the_mean_of_its_ten_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of growths 0, 1, ..., 999 the parts have the means 49.5, 149.5, ..."""
+    monkeypatch.setattr(closed_orbits, "stretching", lambda _: np.arange(1000.0))
+    averages = computed(asked("closed_orbits", *SMALL, "problem.longest=1"))["averages"]
+    assert averages["long_orbit"] == 499.5
+    assert averages["long_orbit_error"] == pytest.approx(100 * math.sqrt(11 / 12), rel=1e-14)
+
+
+def test_a_stable_orbit_has_the_sign_of_its_trace(monkeypatch: pytest.MonkeyPatch) -> None:
+    traces = {(0,): 1.0, (1,): -1.0}
+    monkeypatch.setattr(
+        closed_orbits, "closed", lambda *of: closed(*of)._replace(trace=traces[of[1]])
+    )
+    orbits = computed(asked("closed_orbits", *SMALL, "problem.longest=1"))["orbits"]
+    assert orbits["stable"].tolist() == [True, True]
+    assert orbits["positive"].tolist() == [True, False]
 
 
 def test_words_of_up_to_four_symbols_have_a_row_each() -> None:

@@ -25,6 +25,7 @@ LAYOUT: Layout = {
         "e": Field(FLOAT, (2,), within=stated(0.2)),
         "r": Field(FLOAT, (2,), within=relative(0.1)),
         "m": Field(FLOAT, (2,), within=of_largest(0.1)),
+        "l": Field(FLOAT, (2,), within=of_largest(0.1, least=10.0)),
         "f": Field(FLOAT, (2,), within=of_field("scale", 0.1)),
         "p": Field(FLOAT, (2,), within=modulo(4.0, lambda name, stored, fresh: 0.1)),
         "c": Field(WHOLE, (2,), within=lambda name, stored, fresh: np.array([0, np.inf])),
@@ -36,18 +37,18 @@ LAYOUT: Layout = {
 
 
 def tree() -> dict[str, Any]:
-    two = np.array([1.0, 4.0])
+    two = np.array([1.0, -4.0])
     return {
         "a": {
             "x": np.array([[1.0, 2.0], [np.nan, 4.0]]),
             "n": np.array([1, 2]),
             "how": np.array(1),
             "e": np.array([0.1, np.nan]),
-            **{name: two.copy() for name in "rmfp"},
+            **{name: two.copy() for name in "rmlfp"},
             "c": np.array([1, 2]),
         },
         "b": np.array(["p", "q"], dtype=object),
-        "scale": np.array(10.0),
+        "scale": np.array(-10.0),
         "of": {"one": {"y": np.array(1.0)}},
     }
 
@@ -68,12 +69,16 @@ def tree() -> dict[str, Any]:
         ("e", (1,), np.inf, "a/e[1]: stored False, computed True"),
         ("r", (0,), 1.0625, None),
         ("r", (0,), 1.25, "a/r[0]: stored 1, computed 1.25 (may differ by 0.1)"),
+        ("r", (1,), -4.25, None),
+        ("r", (1,), -4.5, "a/r[1]: stored -4, computed -4.5 (may differ by 0.4)"),
         ("m", (0,), 1.25, None),
         ("m", (0,), 1.5, "a/m[0]: stored 1, computed 1.5 (may differ by 0.4)"),
+        ("l", (0,), 1.75, None),
+        ("l", (0,), 2.25, "a/l[0]: stored 1, computed 2.25 (may differ by 1)"),
         ("f", (0,), 1.75, None),
         ("f", (0,), 2.25, "a/f[0]: stored 1, computed 2.25 (may differ by 1)"),
-        ("p", (1,), -0.0625, None),
-        ("p", (1,), 0.25, "a/p[1]: stored 4, computed 4.25 (may differ by 0.1)"),
+        ("p", (1,), 0.0625, None),
+        ("p", (1,), 0.25, "a/p[1]: stored -4, computed -3.75 (may differ by 0.1)"),
         ("c", (0,), 2, "a/c[0]: stored 1, computed 2"),
         ("c", (1,), 3, None),
     ],

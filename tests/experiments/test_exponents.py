@@ -14,7 +14,7 @@ from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.levels import orbits_of
-from rigidpend.routes.symbolic.stretching import stretched
+from rigidpend.routes.symbolic.stretching import BENDING, ROUNDINGS, Stretched, rounding, stretched
 from tests.experiments.trees import asked, computed, reference
 from tests.routes.symbolic.fig4 import BODY, H
 
@@ -102,16 +102,25 @@ def doubted(*given: Any) -> Cells:
     return found
 
 
+def left(*given: Any) -> Stretched:
+    """Orbits of which one leaves the tables, where its symbols mean nothing, right as they are."""
+    found = stretched(*given)
+    if found.inside.size == 23:
+        found.inside[4] = False
+    return found
+
+
 def test_without_an_established_code_a_cell_stays_blank(
     data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(exponents, "cells_of_starts", doubted)
+    monkeypatch.setattr(exponents, "stretched", left)
     monkeypatch.setattr(exponents, "integrated", lambda found: found.growth[-1] + 1)
     # The last cell is a tile of its own.
     monkeypatch.setattr(exponents, "TILE", 23)
     other = computed(asked("exponents", *SMALL))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
-    np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])
+    np.testing.assert_array_equal(np.flatnonzero(blank), [4, 7, 9])
     shares = np.nanquantile(other["exponent"], other["growth"]["share"])
     np.testing.assert_allclose(other["growth"]["exponent"][:, -1], shares, rtol=1e-12)
     # The seventh is one of those that are checked.
@@ -131,3 +140,23 @@ def test_the_page_says_by_how_much_passages_multiply() -> None:
 def test_a_plane_that_reaches_beyond_the_section_is_refused() -> None:
     with pytest.raises(MapError, match="is above J2_0/2"):
         computed(asked("exponents", *SMALL, "problem.log10_J1_0.ends=[-0.4,-0.09]"))
+
+
+@pytest.mark.parametrize("turned", [(0.0, 0.0, 0.0), (8.0, 16.0, 24.0)])
+def test_the_bound_of_a_growth_sums_what_roundings_grow_to(turned: tuple[float, ...]) -> None:
+    """Changes of d grow to 3 in chi, and these to 2 in d; surfaces are split by 1/4 of a width.
+
+    A growth beside an inner crossing is that in units of the splitting, four times as many.
+    """
+    slopes = [
+        np.array([[[0.0], [0.0]], [[3.0], [0.0]]]),
+        np.array([[[0.0], [2.0]], [[0.0], [0.0]]]),
+    ]
+    found = rounding(slopes, np.array(turned)[:, None], 1.0, 0.25, np.log([6.0]))
+    # An angle of eight radians is rounded by as much again.
+    one, two, three = 1 + turned[0] / 8, 4 * (1 + turned[1] / 8), 1 + turned[2] / 8
+    # Errors at the three crossings, each with the whole growth of 6 before and behind it.
+    places = one + (3 * one + two) + (6 * one + 2 * two + three)
+    # The two derivatives' own.
+    expected = ROUNDINGS * 2.0**-53 * (BENDING * places + 2)
+    assert found == pytest.approx(expected, rel=1e-12, abs=0)

@@ -12,7 +12,9 @@ from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import chains, connections, coverings, family_orbits, horseshoe
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.pieces import FamilyStep
 from tests.experiments.trees import asked, reference
 
@@ -110,6 +112,68 @@ def test_what_is_not_shown_is_undecided(
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
         full_shift.compute(asked("full_shift", *changes), Means())
     assert said in str(failed.value)
+
+
+@pytest.mark.parametrize(
+    ("lacking", "doubts"),
+    [
+        ("", [False, False, False]),
+        ("prove_cones", [True, False, True]),
+        ("prove_connections", [False, True, True]),
+        ("prove_transversal", [False, False, True]),
+    ],
+)
+def test_the_last_theorem_needs_what_those_before_it_need(
+    data: Any, lacking: str, doubts: list[bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
+    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [], []))
+    checks: dict[str, Any] = {"prove_cones": coverings}
+    checks |= dict.fromkeys(("prove_connections", "prove_transversal"), connections)
+    for name, module in checks.items():
+        failed = Undecided("not shown") if name == lacking else None
+        monkeypatch.setattr(module, name, Mock(side_effect=failed))
+    proven = full_shift.checked(asked("full_shift"), data)
+    assert list(map(bool, proven.doubts)) == doubts
+
+
+@pytest.mark.parametrize(
+    ("energies", "told", "said"),
+    [
+        ({"h": exact("1.3342"), "h0": None}, (2.0**-30, 2.0**-20), "are not those of the config"),
+        ({"h": None, "h0": exact("1.3342")}, None, "have more energies than one"),
+    ],
+)
+def test_energies_are_those_that_the_config_asks_for(
+    data: Any, energies: dict[str, Any], told: tuple[float, float] | None, said: str
+) -> None:
+    config = asked("full_shift")
+    config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
+    more: dict[str, Any] = {}
+    if told is not None:
+        moves = np.zeros((len(data["sets"]["p"]), 1, 1))
+        more["energies"] = {"moves": moves, "shift": told[0], "spread": told[1]}
+    with pytest.raises(ArithmeticError, match=said):
+        full_shift.theorems(config, {**data, **more})
+
+
+@pytest.mark.parametrize(
+    ("energies", "words"),
+    [
+        ({"h": exact("1.3342"), "h0": None}, "energy that differs from h by at most 0.25"),
+        ({"h": None, "h0": exact("1.3342")}, "from h0 + 0.5 by at most 0.25, but the starts are"),
+    ],
+)
+def test_a_theorem_names_the_energies_for_which_it_holds(
+    energies: dict[str, Any], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nothing: Any = None
+    proven = full_shift.Proven([], [], nothing, [], [], None, ("", "", ""))
+    monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
+    config = asked("full_shift")
+    config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
+    *_, last = full_shift.theorems(config, {"energies": {"shift": 0.5, "spread": 0.25}})
+    assert words in last
 
 
 @pytest.mark.slow

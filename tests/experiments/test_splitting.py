@@ -9,7 +9,7 @@ import pytest
 
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
-from rigidpend.experiments.splitting import slope_change
+from rigidpend.experiments.splitting import MARGIN, admitted, slope_change
 from rigidpend.experiments.splitting.compute import cost, describe, largest
 from rigidpend.experiments.splitting.draw import draw
 from tests.experiments.trees import asked, computed, differences, unlike_stored
@@ -69,6 +69,16 @@ def test_a_slope_without_sound_values_has_no_bound() -> None:
     assert slope_change(at, np.array([1e-8, 1e-5, np.nan]), error) < 0.2
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.99, []), (1.01, ["bodies/curve_excess[0, 1]"])])
+def test_a_sum_may_differ_by_what_all_its_harmonics_may(
+    data: Any, share: float, told: list[str]
+) -> None:
+    fresh = copy.deepcopy(data)
+    most = fresh["bodies"]["excess"].shape[-1] * MARGIN * admitted(data["mu_over_h0"])
+    fresh["bodies"]["curve_excess"][0, 1] += share * most[1]
+    assert [found.place for found in differences("splitting", data, fresh)] == told
+
+
 def test_the_largest_distance_is_that_of_all_phases_and_not_of_some() -> None:
     """Of cos g + e sin 2g it is where sin g = s with 4 e s^2 + s = 2 e."""
     e = np.array([1e-6, -1e-3, 0.11, 1.7])
@@ -95,7 +105,9 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
         "problem.mu=[1e-7, 1e-5, 0.02]",
         "numerics.precisions=[53]",
     ]
-    data = computed(asked("splitting", *settings))
+    said = list[str]()
+    data = computed(asked("splitting", *settings), report=said.append)
+    assert said[0].endswith("1 in 53 bits, 2 not resolved")
     assert data["bodies"]["resolved"].tolist() == [[False, True, False]]
     assert np.isfinite(data["curve"]["measured"][1]).all()
     assert np.isnan(data["curve"]["measured"][[0, 2]]).all()

@@ -71,6 +71,17 @@ def test_only_regular_files_are_opened_and_what_is_there_makes_room(
         files.write(one.parent, b"")
 
 
+def test_a_file_that_becomes_a_pipe_before_it_is_opened_is_not_read(
+    one: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipe, found = one.with_name("two"), one.stat()
+    os.mkfifo(pipe)
+    with monkeypatch.context() as before:
+        before.setattr(os, "stat", lambda _: found)
+        with pytest.raises(ValueError, match="not a regular file"):
+            files.content(pipe)
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(sys, "platform", "linux")

@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 from rigidpend.machine import workers
+from rigidpend.machine.signals import Stopped
 from rigidpend.machine.workers import (
     WorkerError,
     ahead,
+    check_stop,
     cores,
     side_by_side,
     spread,
@@ -41,6 +43,30 @@ def test_threads_share_the_process_and_keep_the_order() -> None:
     assert set(processes) == {os.getpid()}
     assert len(set(threads)) > 1
     assert threading.get_ident() not in threads
+
+
+def test_threads_that_a_thread_has_begun_end_with_an_error_beside_it() -> None:
+    begun, ended = threading.Barrier(3), list[int]()
+
+    def inner(part: int) -> None:
+        begun.wait(30)
+        try:
+            for _ in range(3000):
+                check_stop()
+                time.sleep(0.01)
+        except Stopped:
+            ended.append(part)
+            raise
+
+    def outer(part: int) -> None:
+        if part:
+            side_by_side(inner, (), False, [1, 2], 2)
+        begun.wait(30)
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(outer, (), False, [0, 1], 2)
+    assert sorted(ended) == [1, 2]
 
 
 class Noted(list[int]):
@@ -76,7 +102,25 @@ def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
 @pytest.mark.parametrize(("parts", "jobs", "worth"), [(7, 2, False), (8, 2, True), (9, 1, False)])
 def test_many_parts_are_worth_processes(parts: int, jobs: int, worth: bool) -> None:
     assert worth_processes(parts, jobs) == worth
+
+
+def test_cores_are_those_that_this_process_may_use(monkeypatch: pytest.MonkeyPatch) -> None:
     assert 1 <= cores() <= (os.cpu_count() or 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1, 5}, raising=False)
+    assert cores() == 3
+
+
+def test_parts_behind_an_error_are_not_begun() -> None:
+    begun: list[int] = []
+
+    def work(part: int) -> float:
+        begun.append(part)
+        time.sleep(0.05 * bool(part))
+        return 1 / part
+
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(work, (), False, range(40), 2)
+    assert len(begun) < 40
 
 
 @pytest.mark.parametrize(("jobs", "holds_interpreter"), [(1, True), (1, False), (2, False)])
@@ -178,6 +222,7 @@ def test_long_work_says_how_far_it_is_after_a_silence(monkeypatch: pytest.Monkey
         workers.note(lambda: "too early")
         tell("in any case")
         workers.side_by_side(work, (), False, [1, 2, 3], 3)
+    time.sleep(0.06)
     workers.note(lambda: "nobody listens")
     assert said[0] == "in any case"
     assert 1 <= len(said[1:]) <= 3

@@ -162,3 +162,12 @@ def test_agrees_degenerate_states_with_themselves(M: Any, gamma: Any) -> None:
         assert (c.J1, c.J2mJ1, c.theta1) == (max(M[2], 0), max(-M[2], 0), beta0)
         assert abs(gamma[2]) < 1 or (a.g, a.cosq) == (0, 0)
         assert any(M) or float(a.H) == gamma[2]
+
+
+def test_vectors_count_as_parallel_within_rounding_and_not_beyond() -> None:
+    """The sine of their angle has two roundings: of the components, and of their differences."""
+    vectors = np.random.default_rng(1).normal(size=(3, 10_000))
+    gamma = vectors / np.linalg.norm(vectors, axis=0)
+    for M in (3 * gamma, -0.7 * gamma):
+        assert not co.andoyer_from_body(M, gamma).g.any()
+    assert co.andoyer_from_body((0, 0, 2), (3 * np.finfo(float).eps, 0, 1)).g == math.pi / 2

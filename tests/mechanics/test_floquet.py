@@ -141,6 +141,13 @@ def test_order_of_rounding_beside_alpha0_of_pi() -> None:
     assert 1 < off * 2.0**45 * (1 - float(body.mu)) < 1 / math.sin(body.alpha0)
 
 
+def test_steps_settle_until_rounding_decides() -> None:
+    """Beside alpha0 = pi: at 0.99 h0 halved steps change theta1 by 5e-13, at 0.9999 by 3e-11."""
+    assert leaves(periodic_orbit(loaded(NEAR_PI, 0.99), 1.0))
+    with pytest.raises(ArithmeticError, match="512 steps don't settle"):
+        periodic_orbit(loaded(NEAR_PI, 0.9999), 1.0)
+
+
 def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="epsilon is 1 or -1"):
         periodic_orbit(FIG4, 1.0, 1, 2)

@@ -18,7 +18,17 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.data import FLAG, FLOAT, WHOLE, Coming, Field, Layout, Streamed, Tree
+from rigidpend.experiments.data import (
+    FLAG,
+    FLOAT,
+    TEXT,
+    WHOLE,
+    Coming,
+    Field,
+    Layout,
+    Streamed,
+    Tree,
+)
 from rigidpend.machine import files
 from rigidpend.results import damage, store, structure
 from rigidpend.results.store import OtherVersion, StoreError
@@ -187,7 +197,8 @@ def test_a_file_that_is_made_otherwise_is_refused(
     assert said in refusal(path)
 
 
-DOUBLES: Any = Field(FLOAT, (10,), "1", "ten")
+DOUBLES, TEXTS = (Field(kind, (10,), "1", "ten") for kind in (FLOAT, TEXT))
+PACKED = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
 
 @pytest.mark.parametrize(
@@ -200,6 +211,11 @@ DOUBLES: Any = Field(FLOAT, (10,), "1", "ten")
         ({"chunks": (10,)}, DOUBLES, 248, 5, "5"),
         ({"chunks": (10,)}, DOUBLES, 247, 5, "data/b is stored in pieces that are too large"),
         ({"data": np.zeros(0)}, Field(FLOAT, ("n+1",), "1", "ends"), 500, 5, "another shape"),
+        ({"chunks": (10,), **PACKED}, DOUBLES, 248, 5, "5"),
+        # HDF5 has no filter of this kind by itself.
+        ({"compression": "lzf"}, DOUBLES, 500, 5, "data/a is stored through an unknown filter"),
+        ({"data": np.zeros(10, "S4096")}, TEXTS, 10**5, 5, "5"),
+        ({"data": np.zeros(10, "S4097")}, TEXTS, 10**5, 5, "data/a does not hold texts"),
     ],
 )
 def test_limits_are_those_of_all_arrays_together(

@@ -119,6 +119,8 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ([0.0, 0.0, 0.5e-3, 0.5e-3], [0.0, 0.0, 2e-3, 2e-3], 1),
         ([0.0, 0.0, 0.5e-3, 0.5e-3], [0.0, 0.0, 0.25e-3, 0.25e-3], 3),
         ([0.0, 0.0, 0.5e-3, 0.5e-3], 2e-3, 1),
+        # That it leaves the last symbol open is no reason against it.
+        ([0.0, 0.0, 0.5e-3, 2e-3], [0.0, 0.0, 0.25e-3, 1e-3], 2),
     ]
     second, third, symbols = zip(*table, strict=True)
     late = [np.column_stack([np.broadcast_to(x, 4) for x in each]) for each in (second, third)]

@@ -18,6 +18,7 @@ from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.routes import certainty, choice, codes, costs, handover, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 from rigidpend.routes.symbolic.levels import orbits_of
 from tests.bodies import problem
@@ -78,13 +79,16 @@ def test_kept_maps_serve_few_orbits_that_are_asked_for_often(
     monkeypatch.setattr(choice, "OFTEN", 2.9 * costs.integration(asked) * len(PHASES))
     kept = found(**own, method="map")
     calls = []
-    for _ in range(4):
+    for _ in range(6):
         integrations.clear()
         record = found(**own)
         calls.append((record, sum(x["orbits"] for x in integrations)))
-    assert [bool(record.by_map.any()) for record, _ in calls] == [False, False, True, True]
+    assert [bool(record.by_map.any()) for record, _ in calls] == [False, False, *[True] * 4]
     left = int((~kept.by_map).sum())
-    assert left <= calls[3][1] <= 3 * left < calls[2][1] <= 3 * (choice.LEAST_SAMPLE + left)
+    # A sample is taken at once, and again after as many orbits.
+    for sampled, (_, each) in zip((True, False, False, True), calls[2:], strict=True):
+        assert left <= each <= 3 * (choice.LEAST_SAMPLE + left)
+        assert (each > 3 * left) == sampled
     assert all((record.codes == kept.codes).all() for record, _ in calls)
     # What is stored hangs on no cache, and without maps there is nothing to take.
     assert not codes.codes_of(asked, PHASES, resolve(None, None, (53, 106))).by_map.any()
@@ -113,6 +117,12 @@ def test_many_are_sampled_first_then_seldom(
         samples.clear()
         assert found(**own).by_map.any()
         assert bool(samples) == sampled
+    # With many other problems the count begins anew.
+    monkeypatch.setattr(choice, "PROBLEMS", 0)
+    for _ in range(2):
+        samples.clear()
+        found(**own)
+        assert samples
     # What is asked for by name, or stored, is compared each time.
     samples.clear()
     found(**own, method="map")
@@ -171,6 +181,9 @@ def test_what_maps_leave_open_is_integrated_and_told_where_that_takes_long(
     assert not record.by_map[risen].any()
     assert record.certain.all()
     assert (record.codes == found(phases, method="integration", **given).codes).all()
+    # Parts of a plane warn of nothing: each would say it again.
+    part = problem(n_symbols=24, J1_0="1e-6"), phases, resolve(None, None, (53, 106)), 1, "map"
+    codes.codes_of(*part, task_orbits=len(phases) + 1)
 
 
 @pytest.mark.usefixtures("samples")
@@ -192,6 +205,32 @@ def test_what_maps_do_not_follow_or_serve_is_integrated_and_said_to_be(
     assert record.certain.all()
     assert record.by_map.tolist() == [True, True, True, False, True, False, True]
     assert [x["orbits"] for x in integrations] == [1, 1, 1]
+
+
+@pytest.mark.usefixtures("samples")
+@pytest.mark.parametrize(("off", "bits"), [(0.0, [88, 106]), (1.0, [88, 106, 106])])
+def test_what_leaves_sharper_tables_waits_for_a_precision_that_was_asked_for(
+    off: float, bits: list[int], integrations: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And is computed again in the last one, where this differs from a rung by as much as `off`."""
+    followed, integrated = mapped.Maps.crossings, Run.crossings
+
+    def but_one(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Crossings:
+        seen, one = followed(self, bits, scales, columns), columns == 3
+        if bits > 53:
+            seen.outcome[one], seen.time[:, one] = Outcome.NO_CROSSING, math.nan
+        seen.time[:, one] += 1.0 * (scales == certainty.SECOND_SCALES)
+        return seen
+
+    def late(self: Run, bits: int, scales: Scales, columns: Any) -> Crossings:
+        seen = integrated(self, bits, scales, columns)
+        return seen._replace(time=seen.time + off * (bits == 88))
+
+    monkeypatch.setattr(mapped.Maps, "crossings", but_one)
+    monkeypatch.setattr(Run, "crossings", late)
+    record = found(PHASES[:7], n_symbols=3, method="map", precisions=(53, 106))
+    assert record.certain.all()
+    assert [(x["bits"], x["orbits"]) for x in integrations] == [(each, 1) for each in bits]
 
 
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:

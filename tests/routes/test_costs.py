@@ -1,5 +1,6 @@
 """The model of what routes cost: its shape, its limits from both sides, and the warning."""
 
+import math
 import warnings
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.orbits.return_map import build
 from rigidpend.routes import choice, costs, mapped
+from rigidpend.routes.problem import closeness
 from tests.bodies import FIG4, problem
 
 SLOW = problem(Body((2, "1.9", "1.95"), FIG4.r, "0.001"))
@@ -80,6 +82,36 @@ def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
     assert 0.22 <= costs.beyond_maps(SLOW) / costs.integration(SLOW, (106,)) <= 0.42
 
 
+@pytest.mark.parametrize("bits", [53, 82])
+def test_a_displacement_of_surfaces_costs_its_own_bits(bits: int) -> None:
+    less = bits - closeness(SLOW) / math.log(2)
+    expected = costs.share_open(SLOW, less, displaced=False)
+    assert costs.share_open(SLOW, bits) == pytest.approx(expected, rel=1e-12, abs=0)
+    assert expected > 2 * costs.share_open(SLOW, bits, displaced=False)
+
+
+@pytest.mark.parametrize(
+    ("bits", "precisions", "pays"),
+    [
+        # At least eight bits from each precision,
+        (61, (53, 106), True),
+        (60, (53, 106), False),
+        (98, (53, 106), True),
+        (99, (53, 106), False),
+        # where pairs of doubles keep 97,
+        (105, (53, 106, 160), True),
+        (104, (53, 106, 160), False),
+        # and between the first and the last.
+        (45, (53, 106), False),
+        (106, (53, 106), False),
+    ],
+)
+def test_a_rung_pays_between_precisions_and_apart_from_them(
+    bits: int, precisions: tuple[int, ...], pays: bool
+) -> None:
+    assert costs.fits(bits, precisions) is pays
+
+
 def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
     """Of orbits of 300 symbols these decide none to its end; without more bits they save all."""
     long = problem(n_symbols=300)
@@ -91,11 +123,16 @@ def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
 
 
 def test_what_maps_leave_open_is_handed_over_in_a_part_of_the_time() -> None:
-    open_ = costs.share_open(SLOW, costs.SHARPEST, displaced=False)
-    left, doubles = costs.share_open(SLOW, 212), costs.integration(SLOW, (53,))
+    """The displacement of both surfaces costs nothing: a map's coordinates lie between them."""
+    long = problem(n_symbols=30)
+    open_ = costs.share_open(long, costs.SHARPER, displaced=False)
+    assert 0.1 < open_ < 0.9 * costs.share_open(long, costs.SHARPER)
+    left, doubles = costs.share_open(long, 212), costs.integration(long, (53,))
     further = left + costs.HANDED_OVER * costs.CLIMBING * (open_ - left)
-    beyond = costs.by_maps(SLOW, (53, 212)) - 15 * costs.MAPPED
+    beyond = costs.by_maps(long, (53, 212)) - 30 * costs.MAPPED
     assert beyond == pytest.approx(further * costs.FACTORS[212] * doubles)
+    # What they do in their own bits, or in fewer, nothing else does.
+    assert costs.by_maps(long, (53, costs.SHARPER, 212)) == costs.by_maps(long, (53, 212))
 
 
 @pytest.mark.parametrize("orbits", [1000, 20_000])

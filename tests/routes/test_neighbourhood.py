@@ -132,7 +132,7 @@ def threshold(phases: Sequence[Exact]) -> list[list[int]]:
 def test_every_half_holds_the_change(low: str, high: str, width: float) -> None:
     path = bisect(threshold, Bracket(exact(low), exact(high)), width)
     for whole, half in pairwise(path):
-        assert half.width == pytest.approx(whole.width / 2, rel=1e-15)
+        assert half.width == pytest.approx(whole.width / 2, rel=1e-10, abs=0)
         assert {half.low, half.high} & {whole.low, whole.high}
         assert float(half.low - CHANGE) <= 0 < float(half.high - CHANGE)
     assert path[-1].width <= width < path[-2].width

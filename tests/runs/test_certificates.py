@@ -152,8 +152,12 @@ def test_symbols_are_marked_and_held_against_their_own_proof_alone(folder: Path)
     assert told(only) == ([[True, True], [True, True]], [])
     other = {**only, "theta2_0": np.array([1, 1.7])}
     assert told(other) == (None, ["only: the certificate is of other phases"])
-    [of_another_body] = told(only, problem=stated["problem"] | {"mu": "1/500"})[1]
-    assert "another problem" in of_another_body
+    for of_others in (
+        {"problem": stated["problem"] | {"mu": "1/500"}},
+        {"experiment": "exponents"},
+    ):
+        [another] = told(only, **of_others)[1]
+        assert "another problem" in another
     assert told(only, problem={})[0] is None
     codes[1, 0] ^= 1
     said = ["only: symbol 2 of column 0 is proven to be another"]

@@ -92,6 +92,12 @@ def test_zeros_are_none_where_nothing_splits() -> None:
     np.testing.assert_allclose(found[1], found[3], rtol=0, atol=1e-14)
 
 
+def test_a_zero_that_rounds_to_a_whole_turn_is_the_first_of_them() -> None:
+    """The start is made so that the second zero is 1e-20 below 2 pi."""
+    J1_0 = "0.000679961682572420835835927651830210283088078993"
+    assert melnikov.zeros(problem(GENERIC, 1, J1_0=J1_0)) == (0, math.pi)
+
+
 DELTA = (0.7, -0.4, 1.1, 0.3)
 
 

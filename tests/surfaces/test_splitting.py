@@ -159,6 +159,7 @@ def test_the_error_told_is_four_times_what_two_computations_differ_by_or_what_is
 def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:
     found = measure(LARGE_NU, H0, ALLOWED, IN_DOUBLES)
     assert not found.resolved
+    assert found.n == splitting.SURE, "more orbits are not tried"
     assert np.isnan(found.excess).all()
     assert found.excess.shape == (MOST_HARMONICS,)
 

@@ -102,7 +102,7 @@ def _peak(harmonics: Array) -> float:
         # The vertex is h slope/bend away; where that is more than h there is no extremum nearby.
         near = np.abs(bend) > np.abs(slope)
         g = g - h * np.divide(slope, bend, out=np.zeros_like(g), where=near)
-    return float(np.abs(distance(harmonics, np.append(GRID, g))).max())
+    return float(np.abs(distance(harmonics, g)).max())
 
 
 def _curve(problem: Problem, body: Any) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map import MapError, looks
@@ -116,3 +117,19 @@ def test_arcs_end_where_both_components_are_equal(rough: Rough) -> None:
     x, Q = rough.arc_length(d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
     assert d * math.exp(x) / 2 == pytest.approx(2 * Q * math.exp(-x))
     assert rough.border(d) == pytest.approx(d * math.exp(x) / 2)
+
+
+@pytest.mark.parametrize("every", [(0, 1), (0,), (1,)])
+def test_terms_that_vanish_by_symmetry_do_not_count(every: tuple[int, ...]) -> None:
+    """Terms fall by ten from one to the next, and all, the even or the odd ones are there."""
+    k = np.arange(15)
+    sizes = np.where(np.isin(k % 2, every), 10.0**-k, 0.0)
+    for digits in (20, 30):
+        assert digits - 1 <= looks.terms_until(sizes, 10.0**-digits) <= digits
+
+
+def test_series_that_hardly_shrink_are_refused() -> None:
+    orders = np.arange(40)
+    assert looks.terms_until(np.exp(-0.0501 * orders), 1e-3) == pytest.approx(7 / 0.0501, abs=3)
+    with pytest.raises(MapError, match="do not shrink"):
+        looks.terms_until(np.exp(-0.0499 * orders), 1e-3)

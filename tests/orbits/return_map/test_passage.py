@@ -12,8 +12,9 @@ from scipy.integrate import simpson
 from rigidpend import Body
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
+from rigidpend.orbits.return_map import MapError, ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3
+from rigidpend.orbits.return_map.charts import inverse_table
 from rigidpend.orbits.return_map.passage import Passage
 from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -161,6 +162,42 @@ def test_starts_that_are_none_are_outside(made: ReturnMap) -> None:
     """On a periodic orbit or beyond it a start never crosses; its logarithm is no number."""
     inside = [made.at(H).enter(Qp, np.array([0.1])).inside.item() for Qp in (1e-4, 0.0, -1e-4)]
     assert inside == [True, False, False]
+
+
+@pytest.mark.parametrize(("share", "inside"), [(0.99, False), (1.01, True)])
+def test_starts_are_inside_as_far_as_the_table_of_invariants(
+    made: ReturnMap, share: float, inside: bool
+) -> None:
+    level, phase = made.at(H), np.array([0.1])
+    at, _ = level.started(1e-4, phase)
+    table = level.charts[True].inverse
+    table = table._replace(width=share * float(np.abs(at.u * at.v)[0]))
+    level.charts[True] = level.charts[True]._replace(inverse=table)
+    assert level.enter(1e-4, phase).inside.tolist() == [inside]
+
+
+def test_passages_are_inside_as_far_as_the_table_of_invariants(made: ReturnMap) -> None:
+    level, chi = made.at(H), np.array([1.0])
+    forward, inverse = level.charts[True].forward, level.charts[False].inverse
+    inside, outside = np.zeros(1), np.array([float(forward.width)])
+    for _ in range(40):
+        d = (inside + outside) / 2
+        if level.passage(SectionPoint(True, d, chi)).inside.item():
+            inside = d
+        else:
+            outside = d
+    U, V, *_ = forward.look_up(inside, chi, DOUBLES)
+    assert np.abs(U * V) / inverse.width == pytest.approx(1, rel=1e-6)
+
+
+def test_an_inverse_chart_of_more_than_the_chart_covers_is_refused(made: ReturnMap) -> None:
+    """All points of the section with such invariants lie beyond the chart's width."""
+    forward, chi = made.charts[True].forward, np.tile(np.linspace(0, 6, 50), 2)
+    ends = np.repeat([-1.0, 1.0], 50) * float(forward.width)
+    U, V, *_ = made.at(H).charts[True].forward.look_up(ends, chi, DOUBLES)
+    beyond, n = 1.1 * float(np.abs(U * V).max()), made.orders.n_phase_inverse
+    with pytest.raises(MapError, match="do not cover"):
+        inverse_table(True, forward, beyond, n, made.normal_form, DOUBLES)
 
 
 def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:

@@ -213,8 +213,10 @@ LEAST, OTHER = 2e-5 + 0.01 * STEEP - 0.25 * FLAT, -2e-5 - 0.26 * STEEP
         # The strip's image goes as far as 0.5 less 0.02.
         ({"reach": 0.4799}, ""),
         ({"reach": 0.4801}, "reach as far"),
-        ({"reach": 0.45, "aside": 0.05}, "reach as far"),
-        ({"reach": 0.45, "aside": -0.05}, "reach as far"),
+        ({"reach": 0.45, "aside": 0.0301}, "reach as far"),
+        ({"reach": 0.45, "aside": -0.0301}, "reach as far"),
+        ({"reach": 0.45, "aside": 0.0299}, ""),
+        ({"reach": 0.45, "aside": -0.0299}, ""),
         ({"strip": (2e-4, 1.999e-4, 0.5, 0.02), "image": (3e-4, 0, 0.25, 0)}, ""),
         ({"strip": (2e-4, 2.001e-4, 0.5, 0.02)}, "each other"),
         ({"strip": (2e-4, 1e-5, 0.5, 0.501), "reach": -1.0}, "each other"),
