@@ -84,6 +84,11 @@ class ShiftProblem(NamedTuple):
         return (self.h - (self.h0 or self.h)).fraction or Fraction(0)
 
     @property
+    def momentum(self) -> float:
+        """J2/sqrt(2) of the energy: momenta grow with it in other units, while gamma stays 1."""
+        return math.sqrt(float(self.h) / self.body.kappa)
+
+    @property
     def coefficients(self) -> Coefficients:
         """The coefficients of the field, in pairs of doubles."""
         return coefficients(self.body.angles(IN_PAIRS.bits + GUARD_BITS), "1", IN_PAIRS)
@@ -333,6 +338,8 @@ def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     # these sets are from the stable one; others are nearer by a factor for each half rotation.
     further = 2 * (setting.lengths - 1) * setting.half_turn
     away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further * setting.rate)
+    # Beside gamma, which is 1 in any units, a distance counts as a share of the momentum.
+    away /= max(1.0, setting.momentum)
     # Over a passage orbits part by the factor 1/away, the bound on their distance by more.
     growth = setting.faster * (setting.half_turns * setting.half_turn + further)
     bits = SPARE_BITS + (growth - 2 * math.log(away)) / math.log(2)

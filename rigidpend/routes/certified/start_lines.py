@@ -147,8 +147,9 @@ def _wide(setting: ShiftProblem, of: StartLine, momentum: float, quads: Sequence
     except Undecided:
         return Fraction(0)
     found = BESIDE * steep * float(of.half)
-    # Beside the periodic orbit the product of Qp and Qm hardly changes, and Qp grows to about 1.
-    thin = found * momentum < THIN * min(float(quad.b) for quad in quads if quad.rising)
+    # Beside the periodic orbit the product of Qp and Qm hardly changes, and Qp grows to the whole.
+    aside = found * momentum / setting.momentum
+    thin = aside < THIN * min(float(quad.b) for quad in quads if quad.rising)
     return Fraction(found) if thin else Fraction(0)
 
 

@@ -80,6 +80,20 @@ def found() -> Found:
     return Found(data, proven[0], quads, orbits, *unpacked_energies(energies))
 
 
+def test_a_strip_about_a_line_of_starts_and_bits_are_the_same_in_other_units() -> None:
+    """With energies 10,000 times as large, and so actions and momenta 100 times."""
+    found = []
+    for by in (1, 100):
+        body = Body(A=GIVEN["A"], r=GIVEN["r"], mu=f"{by**2}/1000")
+        of = horseshoe.ShiftProblem(body, exact(f"1.3342*{by**2}"), 1)
+        [setting] = horseshoe.trials(of, 18)
+        line, _ = start_lines.line(setting, J1 * by, horseshoe.quads(setting))
+        found.append((float(line.wide) / by, setting.bits))
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert min(found[0]) > 0
+    assert horseshoe.FEWEST_BITS < found[0][1] < horseshoe.MOST_BITS
+
+
 @pytest.mark.slow
 def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     """The last set of an approach in the window of Fig. 4's right array, after 01 and before 1."""
