@@ -9,8 +9,9 @@ import pytest
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
 from rigidpend.routes.symbolic import NoOrbit
-from rigidpend.routes.symbolic.closed import closed
+from rigidpend.routes.symbolic.closed import closed, closed_orbit, closing
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
+from tests.routes.symbolic.fig4 import BODY
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 
@@ -41,6 +42,21 @@ def test_orbits_close(data: Any) -> None:
 def test_a_word_without_an_orbit_is_named_with_what_helps() -> None:
     with pytest.raises(NoOrbit, match=r"no orbit of 0 .* allow more .* half_turns = 5$"):
         computed(asked("closed_orbits", *SMALL, "problem.half_turns=5"))
+
+
+@pytest.mark.parametrize("half_turns", [32, 200])
+def test_passages_too_long_for_doubles_are_refused_with_how_long_they_may_be(
+    half_turns: int,
+) -> None:
+    short = [*SMALL, "problem.longest=2", "problem.verified=0"]
+    with pytest.raises(NoOrbit, match=r"^passage \d takes so long .* half rotations") as refused:
+        computed(asked("closed_orbits", *short, f"problem.half_turns={half_turns}"))
+    most = int(str(refused.value).rpartition("give it ")[2].split()[0])
+    assert 25 < most < 32
+    orbits = computed(asked("closed_orbits", *short, f"problem.half_turns={most}"))["orbits"]
+    assert orbits["alone"].max() < 1e-3
+    with pytest.raises(NoOrbit, match="takes so long"):
+        closing(closed_orbit(BODY, "0", h="1.3342", half_turns=most + 2))
 
 
 def test_an_orbit_that_integration_leaves_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,14 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import columns
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
+from rigidpend.routes.symbolic.chain import (
+    NoOrbit,
+    System,
+    check_told,
+    on_surface,
+    passages,
+    signs_of,
+)
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.shortest import chain_through
@@ -33,6 +40,8 @@ def compute(config: Config, means: Means) -> Tree:
     problem = config.problem
     level = ChainLevel.of(problem.body, problem.h)
     found = [_closed(level, word, problem.half_turns) for word in words(problem.longest)]
+    for orbit in found:
+        check_told(orbit.chain)
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
     return {
         "orbits": _orbits(problem, found),

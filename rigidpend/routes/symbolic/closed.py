@@ -45,6 +45,7 @@ from rigidpend.routes.symbolic.chain import (
     Chain,
     NoOrbit,
     System,
+    check_told,
     crossing_states,
     displaced,
     section_points,
@@ -261,8 +262,10 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     Newton's method corrects (d, chi) at all crossings at once: each passage is integrated alone,
     and the derivatives are the map's, in doubles, with which a correction gains some eight digits.
     Then the whole period is integrated from the first crossing: it ends there, but for roundings
-    and their growth. NoOrbit is raised where the passages do not come to meet.
+    and their growth. NoOrbit is raised where the passages do not come to meet, or are too long for
+    doubles to begin with.
     """
+    check_told(orbit.chain)
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))

@@ -28,6 +28,7 @@ from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     carried,
     check_split,
+    check_told,
     displaced,
     tangents,
 )
@@ -40,10 +41,6 @@ FIRST_DIGITS = 9.0
 Where surfaces are split by less than some 1e-8 they have fewer: the first correction shows it."""
 LEAST_DIGITS = 5
 """Least number of digits from which Newton's method goes on."""
-TOLD = 10
-"""Least |I|, in units of its error in doubles, from which Newton's method is taken to converge.
-
-With long passages of three bodies it converged from 8.5 on, and mostly not below."""
 LITTLE = 3
 """Digits: where a correction gains fewer, derivatives are computed anew, six legs for each."""
 ROUNDS = 60
@@ -189,16 +186,8 @@ def _correct(legs: Legs, chain: Chain, digits: _Digits) -> float:
 def _check_placed(chain: Chain) -> None:
     """Raise NoOrbit, with the reason, where doubles place crossings too far off to begin with."""
     level, split = chain.level, chain.split
-    moved = displaced(level, chain.unknowns, split)
-    check_split(level, moved, split, 10.0**-LEAST_DIGITS)
-    k, told = int(np.abs(chain.I).argmin()), moved * split
-    near = abs(float(chain.I[k]))
-    if near < TOLD * told:
-        fewer = level.half_turns(TOLD * told)
-        raise NoOrbit(
-            f"passage {k + 1} takes so long that it passes a surface at |I| = {near:.1g}, which"
-            f" doubles tell to {told:.1g}; give it {fewer:.0f} half rotations or fewer"
-        )
+    check_split(level, displaced(level, chain.unknowns, split), split, 10.0**-LEAST_DIGITS)
+    check_told(chain)
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:
