@@ -111,7 +111,9 @@ class Progress:
             self._shares[name], self._moved = share, time()
             self._done += more * self._expected.get(name, 1.0)
             # The shares may add up to a rounding more than the whole, and -00:00 would be left.
-            if bar and bar.update(min(self._done, self._whole) - bar.n) and not self._changing:
+            due = bar and bar.update(min(self._done, self._whole) - bar.n)
+            # Behind the last line of all there is nothing to wait for.
+            if due and not self._changing and self._ended < self._total:
                 self._print(str(bar))
 
     def _due_bar(self) -> tqdm[Any] | None:

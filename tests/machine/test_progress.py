@@ -87,6 +87,18 @@ def test_at_the_end_no_time_is_left_and_none_less_than_none(
     assert log().splitlines()[-1].startswith("[100 % of about 1 s, 00:24, 00:00 left]")
 
 
+def test_the_last_line_in_a_log_is_what_the_last_experiment_says(
+    log: Callable[[], str], clock: SimpleNamespace
+) -> None:
+    shown = Progress(2)
+    for clock.now, name in ((4.0, "a"), (9.0, "b")):
+        shown.hear(name, "written")
+        shown.end(name, well=True)
+    first, second, last = log().splitlines()
+    assert (first, last) == ("a: written", "b: written")
+    assert second == "[50 %, 00:04, 00:04 left] 1 of 2 done"
+
+
 def test_finished_parts_of_an_earlier_run_tell_nothing_of_the_pace(
     log: Callable[[], str], clock: SimpleNamespace
 ) -> None:
