@@ -83,7 +83,7 @@ def _draw_curve(axes: Axes, data: Data) -> str:
     axes.set_ylim(top=1.32)
     small: Any = {"fontsize": 7, "title_fontsize": 7.5, "labelspacing": 0.25}
     where: Any = {"loc": "upper right", "borderaxespad": 0.2}
-    axes.legend(title=plots.axis_label(MU_OVER_H0), **where, **small)
+    axes.legend(title=plots.axis_label(MU_OVER_H0) if shown.size else None, **where, **small)
     return f"distance on $J_1 = J_2/2$, body {_name(bodies, _drawn(data))}"
 
 
