@@ -8,6 +8,7 @@ docs/return-map.md between its marks.
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import sys
 from collections.abc import Iterator, Sequence
@@ -48,9 +49,12 @@ GROWING = ("1e-6", "0.001", "0.01", "0.03", "0.045", "0.06", "0.08")
 
 def main() -> None:
     """Draw the figure; measure the limits if that is asked for."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--limits", action="store_true", help="measure the tables, some minutes")
+    given = parser.parse_args()
     with matplotlib.rc_context(fname=STYLE):
         draw([_map(mu) for mu in WEIGHTS]).savefig(PICTURE)
-    if "--limits" in sys.argv[1:]:
+    if given.limits:
         write_table(PAGE, "limits", limits_table(list(measured(BODIES))))
         write_table(PAGE, "sizes", sizes_table(GROWING))
 

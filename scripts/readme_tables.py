@@ -9,7 +9,7 @@ what is between is replaced. With ``--check`` nothing is written: it fails where
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -31,11 +31,16 @@ HOUSE = "CONTRIBUTING.md"
 
 def main() -> None:
     """Replace the blocks of all pages, or check them."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing: fail if a page differs"
+    )
+    given = parser.parse_args()
     for page in (*PAGES, HOUSE):
         path = ROOT / page
         before = path.read_text(encoding="utf-8")
         after = renewed(page, before)
-        if "--check" not in sys.argv[1:]:
+        if not given.check:
             path.write_text(after, encoding="utf-8")
         elif after != before:
             raise SystemExit(

@@ -7,7 +7,7 @@ it errs by some 2^-90, where maps of 64 bits err by 2^-65. Run as
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Iterator
 from typing import Any
 
@@ -83,9 +83,17 @@ def rows(problems: list[RouteProblem]) -> Iterator[str]:
             yield f"{k:3d}  {reason}"
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Print the ratios of so many bodies."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("bodies", type=int, nargs="?", help="number of bodies; all by default")
+    given = parser.parse_args()
     print(
         f"true over stated errors, {BITS} bits; quantiles {QUANTILES} of charts, of inverse charts"
     )
-    for line in rows(drawn()[: int(sys.argv[1]) if len(sys.argv) > 1 else None]):
+    for line in rows(drawn()[: given.bodies]):
         print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()

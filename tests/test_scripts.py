@@ -1,6 +1,7 @@
 """What tools in scripts/ say: the audit of versions, stated errors, the page of the return map."""
 
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 from rigidpend.mechanics.body import Body
 from rigidpend.orbits.return_map import MapError, return_map
-from scripts import audit, lowest, map_page, stated
+from scripts import audit, lowest, map_page, readme_tables, stated, stated_maps
 
 ROOT = Path(__file__).resolve().parents[1]
 SOUND = {"name": "click", "version": "8.5.1", "vulns": []}
@@ -47,6 +48,17 @@ def test_the_lowest_versions_are_those_that_the_project_names() -> None:
     assert named == ["numpy==2.0", "heyoka==7.1"]
     with pytest.raises(ValueError, match="'click<9' names no lowest version"):
         lowest.lowest('[project]\ndependencies = ["click<9"]')
+
+
+@pytest.mark.parametrize("script", [map_page, readme_tables, stated, stated_maps])
+def test_who_asks_for_help_gets_it_and_nothing_else(
+    script: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", [script.__name__, "--help"])
+    with pytest.raises(SystemExit) as ended:
+        script.main()
+    assert ended.value.code == 0
+    assert script.__doc__.partition("\n")[0][:40] in capsys.readouterr().out
 
 
 CASES = {
