@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend import Body
 from rigidpend.experiments import compare
 from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.experiments.exponents import compute as exponents
@@ -165,6 +166,20 @@ def test_the_page_says_by_how_much_passages_multiply() -> None:
     first, second, third = np.exp(np.diff(growth["exponent"][2] * growth["passages"], prepend=0))
     numbers = f"by {first / 1000:.0f},000, the second by {second:.1f} and the third by {third:.1f}"
     assert numbers in page
+
+
+def test_other_units_change_a_growth_by_as_much_as_the_page_says() -> None:
+    """Energies a hundred times as large, and momenta ten times: the symbols are the same."""
+    page = (Path(__file__).parents[2] / "docs" / "addresses.md").read_text(encoding="utf-8")
+    assert "the logarithm of a growth changes by $\\ln s$ at most" in page
+    theta2, found = np.linspace(4.5, 4.9, 7), []
+    for s in (1, 10):
+        body = Body(A=BODY.A, r=BODY.r, mu=s * s * BODY.mu)
+        problem = RouteProblem(body, s * s * H, exact("1e-7") * s, 3)
+        found.append(stretched(orbits_of(problem), theta2, np.full(7, 1e-7 * s), 3))
+    own, other = found
+    np.testing.assert_array_equal(own.symbols, other.symbols)
+    assert 0.9 * np.log(10) < np.abs(other.growth - own.growth).max() < np.log(10)
 
 
 def test_a_plane_that_reaches_beyond_the_section_is_refused() -> None:

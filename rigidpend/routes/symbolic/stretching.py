@@ -1,10 +1,11 @@
 """Stretching: growth of a deviation from passage to passage, by the map's derivatives.
 
 A deviation is the difference of the places of two orbits of one energy on the section M3 = 0. Its
-size is the Euclidean norm of the change of (M', gamma), six dimensionless numbers that anybody who
-integrates the equations of motion has too. The logarithm of its growth through some passages,
-divided by their number, is a finite-time exponent, and tends to the Lyapunov exponent of the return
-map. Another norm changes the logarithm by a bounded amount, however many passages there are.
+size is the Euclidean norm of the change of (M', gamma), six numbers that anybody who integrates the
+equations of motion has too; M' grows with the root of the energies, and gamma does not. The
+logarithm of its growth through some passages, divided by their number, is a finite-time exponent,
+and tends to the Lyapunov exponent of the return map. Another norm changes the logarithm by a
+bounded amount, however many passages there are.
 
 The growth is computed for each passage of a chain, and for many orbits of Fig. 4's kind at once,
 one for each theta2_0 and J1_0; the latter are compared with the variational equations.
