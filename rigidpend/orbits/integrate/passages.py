@@ -89,7 +89,8 @@ class _Polynomial:
         # The slope cannot vanish: the polynomial is monotone, and the signs at the ends decide.
         if abs(self.slope(middle)) > self.bend * half:
             if crosses(value_at(self.c, a), value_at(self.c, b)):
-                yield self._bisected(a, b), True
+                # Doubles tell the signs but beside the zero, where Newton's step needs no more.
+                yield self._bisected(a, b, lambda x: value_at(self.c, x)), True
             return
         if half < FINEST_INTERVAL:
             yield from self._at_turn(a, b)
@@ -110,10 +111,10 @@ class _Polynomial:
             return
         for low, high in ((a, turn), (turn, b)):
             if crosses(self.exactly(low), self.exactly(high)):
-                yield self._bisected(low, high), True
+                yield self._bisected(low, high, self.exactly), True
 
-    def _bisected(self, a: float, b: float) -> float:
-        found = _sign_change(self.exactly, a, b)
+    def _bisected(self, a: float, b: float, value: Callable[[float], Any]) -> float:
+        found = _sign_change(value, a, b)
         slope = self.slope(found)
         # A Newton step: the bisection stops at an absolute precision, and a zero close to the
         # beginning of the step has a relative one.

@@ -8,6 +8,7 @@ import functools
 import itertools
 from fractions import Fraction
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from rigidpend.orbits.integrate import (
     silent_outcome,
 )
 from rigidpend.orbits.integrate.batch import written
-from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
+from rigidpend.orbits.integrate.passages import UNDECIDED, value_at, zeros
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 
 LIMIT, TINY = 10.0, 2.0**-21
@@ -241,6 +242,18 @@ def test_zeros_are_isolated(coefficients: list[float]) -> None:
     at, decided = np.reshape(list(zeros(coefficients, 1e-9)), (-1, 2)).T
     assert decided.all()
     np.testing.assert_allclose(at, sorted(roots), atol=1e-12)
+
+
+def test_a_zero_where_the_slope_keeps_its_sign_asks_finer_numbers_once() -> None:
+    """They are a hundred times as slow as doubles, which err by 2^-40 here."""
+    c = [-0.3, 1.0, 0.1]
+    finer = [Fraction(x) for x in c]
+    finer[0] += Fraction(1, 2**40)
+    exactly = Mock(side_effect=lambda x: float(value_at(finer, Fraction(x))))
+    [(zero, decided)] = zeros(c, 1e-30, exactly)
+    assert decided
+    assert exactly.call_count == 1
+    assert abs(value_at(finer, Fraction(zero))) < 2.0**-53
 
 
 @pytest.mark.parametrize("side", [1, -1])
