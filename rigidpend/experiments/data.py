@@ -100,6 +100,8 @@ class Field(NamedTuple):
     """True if it is the coordinate along its dimension."""
     sized: bool = True
     """True if it must have the same shape in both results."""
+    among: tuple[int, ...] = ()
+    """The values that its elements may have; empty if there are others than a few."""
 
 
 def _field(

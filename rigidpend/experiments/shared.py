@@ -10,6 +10,7 @@ import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, relative, where
 from rigidpend.experiments.data import ANY, WHOLE, Allowed, Data, Field, double, flag, text, whole
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from rigidpend.numbers.exact import Exact
 
 
+CODES = 0, 1, NO_SYMBOL
+"""Values of symbols: left, right, none."""
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
 
 AT_FIRST, AT_SECOND, GROWTH = 1e-12, 1e-8, 3.5
@@ -79,6 +82,7 @@ MEANING = {
         "symbols, row 0 = symbol 1: 0 left, 1 right, 255 none (no return)",
         *SYMBOLS,
         within=known,
+        among=CODES,
     ),
     "certain": flag(
         "1", "whether two independent computations establish the symbol", *SYMBOLS, within=kept
@@ -96,6 +100,7 @@ MEANING = {
         "separatrix beside which the crossing lies, 1..4, 0 for none",
         *CROSSINGS,
         within=crossed(lambda crossings: 0.0),
+        among=tuple(range(5)),
     ),
 }
 """Fields of an array of route codes."""

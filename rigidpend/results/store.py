@@ -248,7 +248,7 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = MOST_RATIO) -
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
 
     Layout, ratio and errors are those of :func:`opened`; StoreError also if a checksum shows that
-    data changed on disk, or if values are not finite where they must be.
+    data changed on disk, or if values are not finite where they must be, or none of those allowed.
     """
     with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         return _loaded(file, layout)
@@ -274,6 +274,8 @@ def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
     for place, values, field in fields(declared, found["data"]):
         if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
             raise Unfit(f"data/{place} has a number that is not finite")
+        if field.among and not np.isin(values, field.among).all():
+            raise Unfit(f"data/{place} has another number than {', '.join(map(str, field.among))}")
     return found
 
 

@@ -64,6 +64,17 @@ def test_a_result_has_tables_and_differs_neither_from_itself_nor_from_its_file(
         np.testing.assert_array_equal(values, kept[place], err_msg=place)
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["asymptotic_orbits", "exponents", "fig4", "fig4_intervals", "fig4_zoom", "fig5", "route_map"],
+)
+def test_all_symbols_of_route_codes_are_declared_to_be_left_right_or_none(name: str) -> None:
+    result = reference(name)
+    declared = fields(experiments.layout(result["attributes"]["experiment"]), result["data"])
+    found = {place: field.among for place, _, field in declared if place.endswith("codes")}
+    assert set(found.values()) == {(0, 1, 255)}
+
+
 ALLOWED: list[tuple[str, str, Any, float]] = [
     *(("closed_orbits", f"orbits/{x}", 3, 1e-12) for x in ("period", "action")),
     # Twice what is stated of it, and a hundredth.

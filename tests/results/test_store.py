@@ -300,6 +300,21 @@ def test_what_another_program_changed_is_read_and_damage_to_it_is_noticed_too(pa
     assert complaint(path).startswith(f"{path}: ")
 
 
+def test_a_number_that_its_field_excludes_is_no_value(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    codes = Field(WHOLE, ("symbols", "columns"), "1", "symbols", among=(0, 1))
+    zebra: Any = LAYOUT["zebra"]
+    monkeypatch.setattr(
+        experiments, "layout", lambda _: {**LAYOUT, "zebra": {**zebra, "codes": codes}}
+    )
+    assert (store.load(path)["data"]["zebra"]["codes"] == CODES).all()
+    with h5py.File(path, "a") as file:
+        file["data/zebra/codes"][5, 9] = 7
+    with pytest.raises(StoreError, match=r"data/zebra/codes has another number than 0, 1$"):
+        store.load(path)
+
+
 def busy() -> None:
     while True:
         pass

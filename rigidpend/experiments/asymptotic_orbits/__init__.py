@@ -8,7 +8,7 @@ import numpy as np
 
 from rigidpend.experiments.compare import stated
 from rigidpend.experiments.data import FLOAT, WHOLE, Field, Layout, double, flag, held, text, whole
-from rigidpend.experiments.shared import MEANING, kept, known
+from rigidpend.experiments.shared import CODES, MEANING, kept, known
 
 DIGIT = 1e-29
 """A unit of the 30th digit of a phase, and the largest error that a result may state of one."""
@@ -53,7 +53,9 @@ ORBITS = {
 }
 PLANE = {
     "theta2_0": MEANING["theta2_0"]._replace(description="initial phases of Fig. 4's orbits"),
-    "codes": whole("1", "their symbols: 0, 1, 255 no return", "symbols+1", "columns", within=known),
+    "codes": whole(
+        "1", "their symbols: 0, 1, 255 no return", "symbols+1", "columns", within=known, among=CODES
+    ),
     "certain": flag("1", "whether the symbol is established", "symbols+1", "columns", within=kept),
 }
 DRAWN = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, of_largest, stated, where
 from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, whole
-from rigidpend.experiments.shared import MEANING
+from rigidpend.experiments.shared import CODES, MEANING
 
 LOST = 1e-3
 """Allowed share of cells known in only one of two results, because rounding differs.
@@ -52,7 +52,13 @@ LOG10_J1_0 = _axis(
 )
 LAYOUT: Layout = {
     "codes": whole(
-        "1", "symbols: 0 left, 1 right, 255 no return", "symbols", "rows", "columns", within=_KNOWN
+        "1",
+        "symbols: 0 left, 1 right, 255 no return",
+        "symbols",
+        "rows",
+        "columns",
+        within=_KNOWN,
+        among=CODES,
     ),
     "exponent": _cell(
         "ln of the growth of the deviation that grows most through all passages, a"

@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, modulo, of_largest
 from rigidpend.experiments.data import ANY, FLOAT, Data, Field, Layout, double, held, text, whole
-from rigidpend.experiments.shared import MEANING, crossing_tolerance
+from rigidpend.experiments.shared import CODES, MEANING, crossing_tolerance
 
 GROWTH = 10.0
 """Allowed growth of the distance of two orbits from one crossing to the next.
@@ -61,7 +61,9 @@ CASE = {
     ),
     # The route, decided before the samples are made, and their agreement with it.
     "theta2_0": double("rad", "initial phase", within=_CLOSED),
-    "codes": whole("1", "symbols of the route: 0 left, 1 right, 255 none (no return)", "symbols"),
+    "codes": whole(
+        "1", "symbols of the route: 0 left, 1 right, 255 none (no return)", "symbols", among=CODES
+    ),
     "certain": MEANING["certain"]._replace(dimensions=("symbols",), within=0.0),
     "bits": whole("bit", "precision that decided the route", within=ANY),
     "separatrix": whole("1", "separatrices of the route, 1..4", "symbols+1"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigidpend.experiments.data import Layout, double, whole
-from rigidpend.experiments.shared import MEANING, STEPS
+from rigidpend.experiments.shared import CODES, MEANING, STEPS
 
 INTERVALS = {
     "place": whole(
@@ -15,6 +15,7 @@ INTERVALS = {
         "symbols of all orbits that start there: 0 left, 1 right, 255 not proven",
         "symbols",
         "intervals",
+        among=CODES,
     ),
 }
 SHARES = double("1", "share of the line on which so many symbols are proven, exact", "symbols")

@@ -9,6 +9,7 @@ import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, of_largest, where
 from rigidpend.experiments.data import ANY, Data, Layout, double, flag, text, whole
+from rigidpend.experiments.shared import CODES
 
 LOST = 1e-3
 """Allowed mean number of certain symbols lost per cell, because rounding differs."""
@@ -39,6 +40,7 @@ PLANE = {
         "rows",
         "columns",
         within=_known,
+        among=CODES,
     ),
     "certain": whole(
         "1", "how many of the first symbols are established", "rows", "columns", within=_kept
