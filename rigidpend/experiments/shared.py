@@ -148,12 +148,12 @@ def rational(number: Exact) -> Fraction:
     return number.fraction
 
 
-def columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
+def attributes(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
     """Attributes of records as arrays, by name."""
     return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
-def joined(found: Mapping[str, Any]) -> dict[str, Any]:
+def stacked(found: Mapping[str, Any]) -> dict[str, Any]:
     """Stack the fields of all bodies, given by name, along a first axis; with their names."""
     first, *_ = found.values()
     each = {key: np.array([body[key] for body in found.values()]) for key in first}

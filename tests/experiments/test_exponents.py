@@ -83,7 +83,7 @@ def test_deviations_that_grow_beyond_all_digits_of_a_double_are_checked_too() ->
     found = stretched(orbits_of(problem), theta2, J1, 3)
     assert found.growth[-1].max() > 31
     # Roundings have grown to radians, and with them the bounds: a lost orbit would be off by more.
-    allowed = np.minimum(4, found.allowed + found.integrated)
+    allowed = np.minimum(4, found.allowed + found.allowed_integrated)
     assert (np.abs(integrated(found) - found.growth[-1]) < allowed).all()
 
 

@@ -126,5 +126,6 @@ def test_a_splitting_below_all_doubles_is_described_computed_and_drawn_as_not_re
     loaded: Any = {"data": data}
     first, *others = draw(loaded).axes
     assert len(others) == 3
-    assert (legend := first.get_legend())
+    legend = first.get_legend()
+    assert legend is not None
     assert legend.get_title().get_text() == "", "no curve has a mu/h0"

@@ -253,23 +253,6 @@ def test_the_orbit_that_is_left_beside_the_section_is_integrated_to_its_end(
     assert asked == ([first] if whole else [])
 
 
-def test_crossings_are_sought_until_none_is_late_and_what_is_left_is_told(
-    maps: Maps, known: Decided, open_: Any
-) -> None:
-    begin, states = maps.run.begin(88, certainty.FIRST_SCALES, open_)
-    times = known.crossings.time[0, open_] - np.append(1e-3, np.zeros(len(open_) - 1))
-    c, bits, tolerance = begin.coefficients, 88, 2.0**-52
-    once, settled = (
-        at_crossings(c, states, times, bits, tolerance, late, engine="taylor", jobs=1)
-        for late in (1.0, 1e-12)
-    )
-    # M3 bends by as much on the way.
-    assert once[2][0] == pytest.approx(1e-3, rel=1e-2)
-    assert np.abs(once[2][1:]).max() < 1e-12
-    assert np.abs(settled[2]).max() < 1e-12
-    assert float(settled[0][0] - once[0][0]) == pytest.approx(1e-3, rel=1e-9)
-
-
 def test_an_orbit_that_leaves_the_tables_is_integrated_to_its_end(
     maps: Maps, known: Decided, open_: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

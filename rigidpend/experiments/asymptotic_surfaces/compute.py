@@ -13,7 +13,7 @@ from rigidpend.experiments.asymptotic_surfaces import ANGLES, WINDOW
 from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.shared import columns
+from rigidpend.experiments.shared import attributes
 from rigidpend.machine.wording import counted
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.routes.phases import Phases
@@ -30,7 +30,7 @@ def compute(config: Config, means: Means) -> Tree:
         curves = groups[name]["S1_minus"]
         n, points = curves["theta2_0"].size, curves["theta1"].size
         means.report(f"{name}: {counted(n, 'orbit')}, {counted(points, 'point')}")
-    table = columns(ANGLES, [checked.body for checked in problems.values()])
+    table = attributes(ANGLES, [checked.body for checked in problems.values()])
     return {"table": table, "bodies": groups}
 
 

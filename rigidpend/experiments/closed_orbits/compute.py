@@ -11,7 +11,7 @@ from rigidpend.config.description import Row
 from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.shared import columns
+from rigidpend.experiments.shared import attributes
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import (
     NoOrbit,
@@ -81,7 +81,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
     return {
         # Row by row the symbols of a word, (n, longest).
         "word": np.array([*zip_longest(*(o.word for o in found), fillvalue=NO_SYMBOL)], "u1").T,
-        **columns(("period", "mirrored", "exponent", "exponent_error", "stable"), found),
+        **attributes(("period", "mirrored", "exponent", "exponent_error", "stable"), found),
         "action": actions([orbit.chain for orbit in found]),
         "positive": np.array([orbit.trace > 0 for orbit in found]),
         "residual": np.array([orbit.chain.residual for orbit in found]),

@@ -104,7 +104,7 @@ def _checked(
         found = stretched(orbits, starts[0][some], starts[1][some], problem.n_symbols)
         values["growth"][known[cells]] = found.growth[-1]
         values["difference"][known[cells]] = integrated(found) - found.growth[-1]
-        values["allowed"][known[cells]] = found.allowed + found.integrated
+        values["allowed"][known[cells]] = found.allowed + found.allowed_integrated
     return {"row": row, "column": column, **values}
 
 

@@ -14,7 +14,7 @@ from rigidpend.experiments.full_shift import RELATIONS
 from rigidpend.experiments.full_shift.outlines import drawn
 from rigidpend.experiments.full_shift.proof import Proven, checked, spread_of
 from rigidpend.experiments.full_shift.schema import Config
-from rigidpend.experiments.shared import columns, rational
+from rigidpend.experiments.shared import attributes, rational
 from rigidpend.routes.certified import pieces, sections
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.pieces import FamilyStep, Quad
@@ -178,14 +178,14 @@ def _add_margins(data: dict[str, Any], proven: Proven, theta2: tuple[float, floa
     shortest, longest = np.transpose([each.duration for each in found])
     data["sets"] |= {
         "symbol": np.array([int(each.right) for each in found]),
-        **columns(("bound", "late"), found),
+        **attributes(("bound", "late"), found),
         "shortest": shortest,
         "longest": longest,
     }
     of_line = [name for name in RELATIONS if name != "orientation"]
     data["line"] |= {"theta2": np.array(theta2), "bound": proven.start.bound}
-    data["line"] |= columns(of_line, proven.crossed)
-    rows = [columns(RELATIONS, pair) for pair in proven.relations]
+    data["line"] |= attributes(of_line, proven.crossed)
+    rows = [attributes(RELATIONS, pair) for pair in proven.relations]
     data["relations"] = {name: np.array([row[name] for row in rows]) for name in RELATIONS}
 
 

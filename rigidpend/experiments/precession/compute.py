@@ -33,7 +33,7 @@ def compute(config: Config, means: Means) -> Tree:
     return {
         "mu_over_h0": shared.mu_over_h0(problem),
         "drawn": problem.mu.index(problem.drawn),
-        "bodies": shared.joined(found),
+        "bodies": shared.stacked(found),
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.shared import columns, joined, mu_over_h0, slope
+from rigidpend.experiments.shared import attributes, mu_over_h0, slope, stacked
 from rigidpend.experiments.splitting import admitted
 from rigidpend.experiments.splitting.schema import Config, Problem
 from rigidpend.numbers.generic import Array
@@ -35,7 +35,7 @@ def compute(config: Config, means: Means) -> Tree:
     """Measure the splitting of every body at every mu."""
     problem = config.problem
     found = {name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies}
-    bodies = joined(found)
+    bodies = stacked(found)
     nu = np.linspace(0.5, np.ceil(bodies["nu"].max() + 1), 100)
     return {
         "mu_over_h0": mu_over_h0(problem),
@@ -70,7 +70,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         for body, most in zip(bodies, admitted(ratio), strict=True)
     ]
     body = bodies[0]
-    told = columns(("error", "resolved", "bits", "amplitude", "excess"), found)
+    told = attributes(("error", "resolved", "bits", "amplitude", "excess"), found)
     excess, amplitudes = told["excess"], told["amplitude"]
     # Melnikov's own distance, cos g in its amplitude, is added back to the excess.
     whole = excess + np.eye(1, excess.shape[1])

@@ -138,7 +138,7 @@ class Stretched(NamedTuple):
     """(N,) bound of the rounding error of the growth through all passages."""
 
     @property
-    def integrated(self) -> Array:
+    def allowed_integrated(self) -> Array:
         """The bound of the rounding error of :func:`integrated`, (N,)."""
         return INTEGRATED / widest_d(self.level) * self.allowed
 

@@ -16,7 +16,7 @@ from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
 from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW_LANES, LANES
-from rigidpend.orbits.integrate.states import first_crossings, states_at
+from rigidpend.orbits.integrate.states import at_crossings, first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
 from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC, WAYS, fan, find, task
 
@@ -244,6 +244,23 @@ def test_one_orbit_that_comes_too_late_is_enough() -> None:
     early, late = sorted(first("taylor", 53, n=2)[0])
     assert late - early > 1e-6
     assert first("taylor", 53, (early + late) / 2, n=2) is None
+
+
+def test_crossings_are_sought_until_none_is_late_and_what_is_left_is_told() -> None:
+    orbits = task(fan(3), 88)
+    given: dict[str, Any] = {"engine": "taylor", "bits": 88, "tolerance": 2.0**-52, "jobs": 1}
+    exact = first_crossings(orbits.coefficients, orbits.states, 200.0, **given)
+    assert exact is not None
+    times = exact[0].astype(float) - np.array([1e-3, 0.0, 0.0])
+    once, settled = (
+        at_crossings(orbits.coefficients, orbits.states, times, late=late, **given)
+        for late in (1.0, 1e-12)
+    )
+    # M3 bends by as much on the way.
+    assert once[2][0] == pytest.approx(1e-3, rel=1e-2)
+    assert np.abs(once[2][1:]).max() < 1e-12
+    assert np.abs(settled[2]).max() < 1e-12
+    assert float(settled[0][0] - once[0][0]) == pytest.approx(1e-3, rel=1e-9)
 
 
 def test_engine_scipy_computes_in_integers(monkeypatch: pytest.MonkeyPatch) -> None:
