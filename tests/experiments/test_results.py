@@ -64,6 +64,16 @@ def test_a_result_has_tables_and_differs_neither_from_itself_nor_from_its_file(
         np.testing.assert_array_equal(values, kept[place], err_msg=place)
 
 
+@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCE.glob("*.h5")))
+def test_a_reference_says_of_each_array_what_its_layout_says(name: str) -> None:
+    result = reference(name)
+    layout = experiments.layout(result["attributes"]["experiment"])
+    with h5py.File(REFERENCE / f"{name}.h5") as file:
+        for place, _, field in fields(layout, result["data"]):
+            said = file[f"data/{place}"].attrs
+            assert (said["units"], said["description"]) == (field.units, field.description), place
+
+
 @pytest.mark.parametrize(
     "name",
     ["asymptotic_orbits", "exponents", "fig4", "fig4_intervals", "fig4_zoom", "fig5", "route_map"],

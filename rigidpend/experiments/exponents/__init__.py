@@ -63,8 +63,8 @@ LAYOUT: Layout = {
     "exponent": _cell(
         "ln of the growth of the deviation that grows most through all passages, a"
         " passage, on the section M3 = 0 at the orbit's energy, in the Euclidean norm of"
-        " (M', gamma), all dimensionless; NaN where the code is not certain, return maps do not"
-        " reach, or the bound of rounding is not less than the exponent"
+        " (M', gamma), where M' grows with the root of the energies; NaN where the code is not"
+        " certain, return maps do not reach, or the bound of rounding is not less than the exponent"
     ),
     "allowed": _cell("bound of the exponent's rounding, a power of two; NaN as above"),
     "theta2_0": MEANING["theta2_0"]._replace(

@@ -80,7 +80,7 @@ CAPTION = (
     "Orbits that start side by side separate fastest (bright) along the lines where a symbol of"
     " their route code changes. The exponent is the logarithm of the largest growth of a deviation"
     " through some passages, divided by their number, from the derivatives of the return map, in"
-    " the Euclidean norm of (M', gamma), dimensionless, on the section at the orbit's energy. In"
+    " the Euclidean norm of (M', gamma), on the section at the orbit's energy. In"
     " some cells the variational equations are integrated as well."
 )
 
