@@ -92,6 +92,8 @@ def _reason(error: yaml.MarkedYAMLError) -> str:
     reason, begun, found = str(error.problem), error.context_mark, error.problem_mark
     if "'\\t'" in reason:
         return f"{reason}: write spaces in place of the tab"
+    if "found '<block " in reason:
+        return f"{reason}: lines of one part must begin in one column"
     # For wrong indentation the beginning of the block would explain nothing.
     if not begun or not found or begun.line == found.line or "block" in str(error.context):
         return reason

@@ -14,7 +14,7 @@ PLAIN = {
     "dict_type": "expected keys with values",
     "tuple_type": "expected a list",
     "string_type": "expected text",
-    "string_pattern_mismatch": "expected a word of letters, digits and _",
+    "string_pattern_mismatch": "expected a letter (A to Z, a to z), then letters, digits and _",
     "string_too_long": "expected a word of at most {max_length} letters",
     "too_short": "expected at least {min_length}",
     "too_long": "expected at most {max_length} values",
@@ -35,7 +35,10 @@ def complaints(document: Document, model: Any, errors: Iterable[Any]) -> list[Co
     given = list(errors)
     # Pydantic counts refused items as missing: a list is then "too short" only for that reason.
     within = {error["loc"][:k] for error in given for k in range(len(error["loc"]))}
-    kept = (error for error in given if error["type"] != "too_short" or error["loc"] not in within)
+    kept = [error for error in given if error["type"] != "too_short" or error["loc"] not in within]
+    # Of a list that is too short, the last missing value tells how many there must be.
+    last = {error["loc"][:-1]: error for error in kept if _lacks_value(error)}
+    kept = [error for error in kept if not _lacks_value(error) or error in last.values()]
     return [_problem(document, model, error) for error in kept]
 
 
@@ -52,10 +55,20 @@ def _problem(document: Document, model: Any, error: Any) -> Complaint:
         hint = hint or _elsewhere(model, str(place[-1]))
         message = f"unknown key{hint} {among(siblings)}"
         return Complaint(document.origin(place, of_key=True), place, message)
+    if _lacks_value(error):
+        said = f"expected {error['loc'][-1] + 1} values, got {len(error['input'])}"
+        return Complaint(document.origin(place), place, said)
     if error["type"] == "missing":
         place = (*place, error["loc"][-1])
         return Complaint(document.origin(place), place, "required")
-    return Complaint(document.origin(place), place, _plain(error))
+    # So pydantic marks the name that the user has given to a part.
+    of_key = error["loc"][-1:] == ("[key]",)
+    return Complaint(document.origin(place, of_key=of_key), place, _plain(error))
+
+
+def _lacks_value(error: Any) -> bool:
+    """True if a value is missing at the end of a list."""
+    return error["type"] == "missing" and isinstance(error["loc"][-1], int)
 
 
 def told(errors: Sequence[Any]) -> str:

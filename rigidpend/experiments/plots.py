@@ -67,6 +67,15 @@ def decimals(number: Fraction, places: int) -> str:
     return f"{Decimal(f'{round(number * 10**places)}e-{places}'):f}"
 
 
+def power(x: float) -> str:
+    """A positive number in three digits, as mathematics: a small one with its power of ten."""
+    if x >= 2e-3:
+        return f"{x:.3g}"
+    digits, exponent = f"{x:.2e}".split("e")
+    factor = f"{float(digits):g}" + r"\cdot "
+    return ("" if float(digits) == 1 else factor) + f"10^{{{int(exponent)}}}"
+
+
 def label_hodograph(axes: Axes) -> None:
     """Set the labels and the scale of a curve (omega_zeta, omega_xi)."""
     axes.set_aspect("equal")

@@ -102,7 +102,9 @@ def user_cache() -> Path:
     """The folder for caches of all programs of this user."""
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    # The specification has relative paths ignored: each working folder would have its own cache.
+    return given if given.is_absolute() else Path.home() / ".cache"
 
 
 def folder() -> Path:

@@ -131,7 +131,9 @@ class Progress:
                 # Not before it has its text.
                 delay=self._period,
                 leave=False,
-                dynamic_ncols=True,
+                dynamic_ncols=self._changing,
+                # Only a line that is to be replaced must not wrap.
+                ncols=None if self._changing else 1000,
                 # Below the screen nothing is shown: in a log tqdm only says when a line is due.
                 position=None if self._changing else 1000,
             )

@@ -73,7 +73,7 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
         None of the results can be shown (Absent if there is none), or the page cannot be written.
     """
     page, problems = build(sources)
-    files.prepare(target)
+    files.prepare(target, "choose another file with --to")
     files.write(target, page.encode("utf-8"))
     return problems
 

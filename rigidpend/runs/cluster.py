@@ -128,7 +128,8 @@ def gathered(
                 done += 1
                 tree, worker = _answer(client, future)
                 yield tree, names.pop(future), worker
-                report(PartDone(f"cluster: {done} of {len(pieces)} parts", done, len(pieces)))
+                # They may be a part of the experiment, which reports its share itself.
+                report(PartDone(f"cluster: {done} of {len(pieces)} parts"))
 
 
 class _Call(NamedTuple):

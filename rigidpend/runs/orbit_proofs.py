@@ -20,6 +20,7 @@ from rigidpend.experiments.data import WHOLE, Field
 from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
 from rigidpend.machine.wording import counted, short
 from rigidpend.machine.workers import side_by_side
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import coverings, pieces, sections
@@ -51,9 +52,9 @@ LAYOUT = {
 
 
 def prepare(file: Path) -> None:
-    """Refuse a file to which no proof can be written, by StoreError."""
+    """Refuse a file to which no proof can be written: ParameterError for its name, StoreError."""
     if not is_proof(file):
-        raise store.StoreError(f"{file}: the name of a proof ends in {SUFFIX}")
+        raise ParameterError("proof", f"{file}: the name of a proof ends in {SUFFIX}")
     store.prepare(file, "choose another file with --proof")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from pathlib import Path
 
@@ -22,6 +23,8 @@ def remedy(file: Path) -> str:
     """
     if file.is_dir():
         return "a folder is in its place: move that away"
+    if file.exists() and not os.access(file, os.R_OK):
+        return "you may not read it: ask its owner, or take another copy of it"
     name = file.stem.removesuffix(CERTIFICATE)
     log = file.with_name(f"{name}.log")
     if name in {**catalogue.known(), **catalogue.own()}:

@@ -13,7 +13,7 @@ from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.floquet import NotHyperbolic, periodic_orbit
 from rigidpend.mechanics.free_body import exponent
-from rigidpend.numbers.exact import Exact, exact, function
+from rigidpend.numbers.exact import Exact, context, exact, function
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
@@ -135,7 +135,9 @@ def times(problem: RouteProblem) -> Array:
     J2 = float(problem.J2_0(53))
     # J1 = J2/2 is reached at u t = v of (sol_2), J2_0 - J1_0 after as much again.
     rate = exponent(J2, problem.body.angles(), math)
-    whole = 2 * math.log(J2 / float(problem.J1_0) - 1) / rate
+    # A J1_0 below all doubles has a logarithm.
+    m = context(53)
+    whole = 2 * float(m.log(J2 / problem.J1_0.in_context(m) - 1)) / rate
     steps = math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
     return np.linspace(0, whole, steps + 1)
 

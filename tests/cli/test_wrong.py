@@ -21,7 +21,7 @@ from click.testing import CliRunner
 from rigidpend.cli import common
 from rigidpend.experiments import UnknownExperiment
 from rigidpend.machine import workers
-from rigidpend.machine.files import Absent
+from rigidpend.machine.files import Absent, StoreError
 from rigidpend.machine.workers import WorkerError
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import ExactError
@@ -31,7 +31,7 @@ from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
-from rigidpend.runs import runner
+from rigidpend.runs import remedies, runner
 from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import SMALL, written
 
@@ -91,7 +91,7 @@ find --code 01 --code 11 --decimals 1 | 2 | --decimals lists the orbits of one -
 find --code 01 --decimals 1 --proof x | 2 | --proof proves one orbit of one --code, on this machine
 find --code 01 --code 11 --proof x | 2 | --proof proves one orbit of one --code, on this machine
 find --code 0 --proof small.yaml/x.orbit.certificate.h5 | 1 | choose another file with --proof
-find --code '0^5 1^10' --proof x | 1 | x: the name of a proof ends in .orbit.certificate.h5
+find --code '0^5 1^10' --proof x | 2 | x: the name of a proof ends in .orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases
 run small.yaml sub/small.yaml | 2 | sub/small.yaml would both be stored as small.h5
@@ -288,6 +288,18 @@ def test_more_than_a_few_new_figures_are_drawn_side_by_side(
         (plain, True, names[:3], 1),
         *((given, True, names, jobs) for given, jobs in ((plain, 7), (plain, 1), (force, 7))),
     ]
+
+
+def test_a_result_that_may_not_be_read_is_not_to_be_computed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As root everything may be read, so the system's answers are replaced."""
+    monkeypatch.chdir(tmp_path)
+    file = Path("results", "fig4.h5")
+    damaged(file.parent, "fig4")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    said = remedies.told(StoreError.of(file, "not a readable HDF5 file: Permission denied"))
+    assert said.endswith("; you may not read it: ask its owner, or take another copy of it")
 
 
 def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: Path) -> None:

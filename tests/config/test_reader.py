@@ -103,7 +103,10 @@ def test_all_that_settings_and_schema_refuse_is_said_at_once(tmp_path: Path) -> 
     [
         ("a: [1, 2\nb: 3\n", "t:2:2: not YAML: expected ',' or ']', but got ':'.* in line 1$"),
         ("a: 1\nb: 'x\nc: 2\n", "t:4:1: not YAML: found unexpected end.* begins in line 2$"),
-        ("a:\n  b: 1\n c: 2\n", "t:3:2: not YAML: expected <block end>.*start>'$"),
+        (
+            "a:\n  b: 1\n c: 2\n",
+            "t:3:2: not YAML: expected <block end>.*: lines of one part must begin in one column$",
+        ),
         ("a: [1\n", "t:2:1: not YAML: .* begins in line 1$"),
         ("a: [1 }\n", "t:1:7: not YAML: expected ',' or ']', but got '}'$"),
         ("a: *a\nb: c: d\n", "t:1:4: a: anchors and aliases"),

@@ -17,6 +17,8 @@ mu: 0.001 -> mu: ^!!float 0.001 | problem.mu | the tag tag:yaml.org,2002:float i
 numerics: -> ^---\nnumerics: | - | a second document; a config has one
 numerics: -> ? ^[a, b]\n: 1\nnumerics: | - | a key must be a plain word
   mu: 0.001 -> ^\tmu: 0.001 | - | any token: write spaces in place of the tab
+  mu: 0.001 ->    ^mu: 0.001 | - | lines of one part must begin in one column
+right: -> ^5: | problem.arrays.5 | expected a letter (A to Z, a to z), then letters, digits and _
 count: 32}\n\nnumerics: -> count: 32\nnumerics^: | - | not YAML: expected ',' or '}', but got ':'
 n_symbols: 15 -> ^n_symbls: 15 | problem.n_symbls | unknown key; did you mean n_symbols? (known: A
 n_symbols: 15 -> ^N_SYMBOLS: 15 | problem.N_SYMBOLS | unknown key; did you mean n_symbols? (known
@@ -24,7 +26,6 @@ n_symbols: 15 -> ^zzz: 15 | problem.zzz | unknown key (known: A, r, mu, h0, J1_0
 numerics: -> ^numeric: | numeric | did you mean numerics? (known: figure, experiment, problem, num
 problem:\n  A: [2, 1, 1.5]          # principal -> ^problem:\n  # principal | problem.A | required
 right: {start: 3*pi/40, -> ^right: { | problem.arrays.right.start | required
-A: [2, 1, 1.5] -> ^A: [2, 1] | problem.A.2 | required
 experiment: route_codes -> experiment: ^[a] | experiment | closed_orbits
 experiment: route_codes -> experiment: ^null | experiment | required (known: asymptotic_orbits, asy
 figure: "4"\nexperiment: route_codes -> ^figure: "4" | experiment | required (known: asymptotic
@@ -49,6 +50,7 @@ mu: 0.001 -> mu: ^0.001#c | problem.mu | '0.001#c' is not a number: a comment be
 step: 1/10, -> step: ^1e14, | problem.arrays.left.step | phases beyond 1e+15 cannot be resolved
 step: 1/10, -> step: ^0, | problem.arrays.left.step | the step 0 makes 63 columns equal in doubles
 n_symbols: 15 -> n_symbols: ^1e5000 | problem.n_symbols | is too large
+A: [2, 1, 1.5] -> A: ^[2, 1] | problem.A | expected 3 values, got 2
 A: [2, 1, 1.5] -> A: ^[1, 2, 1.5] | problem.A | A1 > A3 > A2 is broken
 r: [1, 1, 0] -> r: ^[1, 1, 1] | problem.r | r3 = 0 is broken: r = (1, 1, 1)
 mu: 0.001 -> mu: ^-0.001 | problem.mu | mu >= 0 is broken: mu = -0.001

@@ -8,6 +8,7 @@ import pytest
 
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
+from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.routes.symbolic.closed import closed
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
 
@@ -37,6 +38,11 @@ def test_orbits_close(data: Any) -> None:
     assert orbits["alone"].max() < 1e-11
 
 
+def test_a_word_without_an_orbit_is_named_with_what_helps() -> None:
+    with pytest.raises(NoOrbit, match=r"no orbit of 0 .* allow more .* half_turns = 5$"):
+        computed(asked("closed_orbits", *SMALL, "problem.half_turns=5"))
+
+
 def test_an_orbit_that_integration_leaves_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
     once = np.array([True, False]), np.zeros(2)
     monkeypatch.setattr(closed_orbits, "passages", lambda _: once)
@@ -48,6 +54,14 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     averages = data["averages"]
     off = np.abs(averages["mean"][1:] - averages["long_orbit"])
     assert (off < 4 * averages["long_orbit_error"]).all()
+
+
+@pytest.mark.parametrize(("mu", "h"), [("1e-5", "0.013342"), ("0.2", "266.84")])
+def test_the_long_orbit_is_found_in_any_units(mu: str, h: str, data: Any) -> None:
+    """Energies of other units count the angle on the surface from elsewhere: same problem."""
+    averages = computed(asked("closed_orbits", *SMALL, f"problem.mu={mu}", f"problem.h={h}"))
+    for name, value in data["averages"].items():
+        assert averages["averages"][name] == pytest.approx(value, rel=1e-6)
 
 
 def test_the_error_of_the_long_orbit_is_that_of_the_mean_of_its_ten_parts(

@@ -5,7 +5,8 @@ another, a mark, a colour or a word of something else, what is left out: all of 
 """
 
 import io
-from collections.abc import Iterator
+import itertools
+from collections.abc import Callable, Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from rigidpend import experiments, render
+from rigidpend.experiments import plots
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 
@@ -98,13 +100,17 @@ def words(figure: Figure) -> Iterator[Text]:
     yield from figure.texts[:-1]
 
 
+def boxes_of(figure: Figure) -> list[Any]:
+    """The rectangles of all words, in the figure's own pixels, not those of the image."""
+    with matplotlib.rc_context(fname=render.STYLE):
+        figure.draw_without_rendering()
+    return [x.get_window_extent() for x in words(figure) if x.get_visible() and x.get_text()]
+
+
 @pytest.mark.slow
 def test_words_are_on_the_page_and_none_is_upon_another(drawn: Drawn) -> None:
     made = drawn.figure
-    # In its own pixels, which are not those of the image.
-    with matplotlib.rc_context(fname=render.STYLE):
-        made.draw_without_rendering()
-    boxes = [x.get_window_extent() for x in words(made) if x.get_visible() and x.get_text()]
+    boxes = boxes_of(made)
     assert made.get_figwidth() <= 7.2 + 1e-9
     assert made.get_figheight() < 9.1
     # Pixels; of two figures a frame is broad.
@@ -119,3 +125,84 @@ def test_words_are_on_the_page_and_none_is_upon_another(drawn: Drawn) -> None:
         assert 0 <= box.x0 < box.x1 <= made.bbox.width
         assert 0 <= box.y0 < box.y1 <= made.bbox.height
         assert not any(box.overlaps(other) for other in boxes[:k])
+
+
+def drawn_with(experiment: str, change: Callable[[Any], None]) -> Figure:
+    """The figure of a stored result with other data."""
+    result = store.load(STORED[experiment])
+    change(result["data"])
+    with matplotlib.rc_context(fname=render.STYLE):
+        figure: Figure = experiments.drawing(experiment).draw(result)
+        figure.text(0, 0, "foot")
+    return figure
+
+
+@pytest.mark.parametrize("experiment", ["precession", "splitting"])
+def test_weights_that_are_no_round_numbers_have_room(experiment: str) -> None:
+    """The energy of another body makes quotients of many digits."""
+
+    def change(data: Any) -> None:
+        data["mu_over_h0"] = data["mu_over_h0"] / 1500.7
+
+    figure = drawn_with(experiment, change)
+    boxes = boxes_of(figure)
+    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
+    for axes in figure.axes:
+        shown = [x for x in axes.get_xticklabels() if x.get_text() and x.get_visible()]
+        ticks = [x.get_window_extent() for x in shown]
+        assert not any(one.overlaps(other) for one, other in itertools.pairwise(ticks))
+    assert plots.power(0.1 / 1500.7) == r"6.66\cdot 10^{-5}"
+    assert [plots.power(x) for x in (1e-6, 1 / 30, 0.3)] == ["10^{-6}", "0.0333", "0.3"]
+
+
+def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
+    def change(data: Any) -> None:
+        data["bodies"]["resolved"][:] = True
+
+    *_, table = drawn_with("splitting", change).axes
+    legend = table.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["53 bits", "106 bits"]
+
+
+@pytest.mark.parametrize("error", [1e-9, 0.4])
+def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
+    """With another body a random orbit errs more or less than the orbits differ."""
+
+    def change(data: Any) -> None:
+        data["averages"]["long_orbit_error"] = error
+        data["orbits"]["exponent"] = data["orbits"]["exponent"][::-1]
+
+    figure = drawn_with("closed_orbits", change)
+    boxes_of(figure)
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        assert legend is not None
+        box = legend.get_window_extent()
+        for line in axes.lines:
+            places = line.get_transform().transform(np.column_stack(line.get_data()))
+            assert (places[:, 1] < box.y0).all()
+
+
+def test_exponents_that_differ_little_are_written_whole() -> None:
+    """And not as what they exceed 18.35 by."""
+
+    def change(data: Any) -> None:
+        data["orbits"]["exponent"] = 18.35 + data["orbits"]["exponent"] / 1000
+        data["averages"]["long_orbit"] = 18.353
+        data["averages"]["long_orbit_error"] = 1e-4
+
+    figure = drawn_with("closed_orbits", change)
+    figure.draw_without_rendering()
+    left = figure.axes[0]
+    assert left.yaxis.get_offset_text().get_text() == ""
+    assert all(x.get_text().startswith("18.35") for x in left.get_yticklabels())
+
+
+def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
+    def change(data: Any) -> None:
+        data["bodies"] = {"a": data["bodies"]["a"]}
+
+    figure = drawn_with("asymptotic_surfaces", change)
+    box = figure.axes[0].get_position()
+    assert (box.x0 + box.x1) / 2 == pytest.approx(0.57, abs=0.03)

@@ -64,6 +64,16 @@ def test_cells_that_are_checked_agree_with_the_variational_equations(data: Any) 
     np.testing.assert_allclose(data["exponent"][at], checked["growth"][known] / 3, rtol=1e-12)
 
 
+@pytest.mark.parametrize(("setting", "cells"), [("problem.checked=0", 0), ("problem.mu=1e-20", 5)])
+def test_cells_are_computed_where_none_is_checked_or_none_is_known(
+    setting: str, cells: int
+) -> None:
+    found = computed(asked("exponents", *SMALL, setting))
+    assert found["checked"]["difference"].shape == (cells,)
+    assert np.isnan(found["checked"]["difference"]).all()
+    assert found["exponent"].shape == (4, 6)
+
+
 def test_deviations_that_grow_beyond_all_digits_of_a_double_are_checked_too() -> None:
     """Three passages of a nearly symmetric body multiply them by up to e^31 in these cells."""
     body = ["problem.A=[1.6,1.42,1.5]", "problem.r=[0.3,0.7,0]", "problem.mu=0.004"]

@@ -14,6 +14,10 @@ PLANE = (
 )
 """A plane whose config gives columns."""
 REFUSED = {
+    "asymptotic_orbits": {
+        "problem.J1_0=1e-281": "problem.J1_0: expected 1e-280 to less than J2_0/2, got 1e-281",
+        "problem.J1_0=0.7074": "problem.J1_0: expected 1e-280 to less than J2_0/2, got 0.7074",
+    },
     "bench": {
         "problem.methods=[scipy_dop854]": "problem.methods: no such method: 'scipy_dop854'",
         "search.tolerances=[]": "search.tolerances: expected at least",
@@ -53,6 +57,7 @@ REFUSED = {
         "numerics.precisions=[53, 64]": "numerics.precisions: unknown key",
     },
     "fig4_zoom": {
+        "problem.between=[4.7, 47/10]": "expected two phases that differ, got 4.7 and 47/10",
         "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
         "problem.step=0": "step must be greater than 0, got 0",
         "problem.step=1e-190": "the last level's step would be 1e-201, below 1e-200",

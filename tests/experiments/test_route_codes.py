@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
@@ -10,6 +11,7 @@ import pytest
 
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
@@ -112,6 +114,22 @@ def test_parts_take_some_seconds_and_are_the_array(
     assert [len(x["bits"]) for name, x in parts.items() if name.startswith("only.")] == sizes
     np.testing.assert_equal(made["only"]["codes"], data["only"]["codes"])
     np.testing.assert_equal(made["only"]["theta2_0"], data["only"]["theta2_0"])
+
+
+def test_progress_is_a_share_of_the_orbits_of_all_arrays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    third = SECOND.replace("second", "third")
+    path = written(tmp_path, SMALL)
+    content = loading.load(path, [SECOND, third, "problem.n_symbols=2"]).content
+    heard: list[Any] = []
+    monkeypatch.setattr(route_codes, "PART", 0.0)
+    monkeypatch.setattr(route_codes, "LANES", 1)
+    result(content, report=heard.append)
+    shares = {str(line): line.share for line in heard if isinstance(line, PartDone)}
+    assert shares["only: 3 of 5 orbits"] == 3 / 9
+    assert shares["second: 1 of 2 orbits"] == 6 / 9
+    assert shares["third: 1 of 2 orbits"] == 8 / 9
 
 
 def test_long_passages_are_told_before_they_begin(

@@ -56,6 +56,13 @@ def test_a_plane_is_computed_while_its_file_is_written_and_never_held_as_a_whole
     done.assert_called_once()
 
 
+def test_progress_is_a_share_of_the_cells_of_all_planes() -> None:
+    heard: list[Any] = []
+    computed(content(ONE_ZOOM), report=heard.append)
+    assert sorted(heard) == ["near: 20 of 20 cells", "plane: 20 of 20 cells"]
+    assert [line.share for line in heard] == [0.5, 1.0]
+
+
 def test_cells_have_the_middles_of_their_axes(data: Any) -> None:
     assert data["codes"].shape == (3, 4, 5)
     assert data["x"] == pytest.approx(2 * np.pi * (np.arange(5) + 0.5) / 5)

@@ -149,6 +149,17 @@ def test_a_dumb_terminal_has_plain_lines_verbose_all_with_their_times_and_quiet_
     assert terminal.getvalue().partition("[")[0] == said
 
 
+def test_a_dumb_terminal_shows_lines_to_their_ends(
+    terminal: Terminal, clock: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(sys, "stderr", terminal)
+    shown = Progress(1, {"a": 8.0})
+    clock.now = 2.5
+    shown.hear("a", PartDone("a part with a name that is as long as the page is wide", 1, 2))
+    assert terminal.getvalue().endswith(" that is as long as the page is wide\n")
+
+
 def waits_for(text: str, terminal: Terminal) -> None:
     deadline = time.monotonic() + 20
     while text not in terminal.screen()[-1]:

@@ -103,6 +103,19 @@ def test_legends_stay_where_they_are_above_a_foot_of_any_height(
     assert legends[0].get_bbox_to_anchor() is not figure.bbox
 
 
+def test_a_foot_of_digits_and_capitals_ends_on_the_page(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are wider than the mean character."""
+    figure = Figure(figsize=(3.6, 2))
+    monkeypatch.setattr(draw, "draw", lambda _: figure)
+    result = reference("fig2")
+    result["attributes"]["name"] = "M_0 = $0.00862554346113913 " * 9
+    render.image(result, "png")
+    [foot] = figure.texts
+    assert foot.get_window_extent().x1 < figure.bbox.width
+
+
 @pytest.mark.slow
 def test_an_image_is_drawn_once_and_again_where_it_is_half_or_that_is_asked_for(
     source: Path, monkeypatch: pytest.MonkeyPatch

@@ -148,6 +148,13 @@ def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_a_page_where_nothing_can_be_written_is_to_be_written_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(store.StoreError, match=r"choose another file with --to$"):
+        report.write([REFERENCE / "fig2.h5"], tmp_path / "file" / "x.html")
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_one_bad_file_is_a_section_and_a_bad_certificate_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

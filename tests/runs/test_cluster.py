@@ -21,7 +21,7 @@ import pytest
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.route_map import compute
-from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.workers import WorkerError
 from rigidpend.results import store
 from rigidpend.runs import certificate_files, cluster, loading, runner
@@ -164,6 +164,9 @@ def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_sched
         dask.worker()
     with pytest.raises(WorkerError, match=r"went away; finished parts are kept"):
         run("lost", disturb, dask.address)
+    # These parts may be of one plane of several: the experiment reports its share itself.
+    told = [line for line in lines if isinstance(line, PartDone) and line.startswith("cluster: ")]
+    assert {line.share for line in told} == {0.0}
     found = store.load(run("lost", lines.append, None))
     assert any(re.match(r"continues from \d+ finished parts", line) for line in lines)
     assert found["data"]["codes"].shape == (4, 12, 12)

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
 from rigidpend.routes.certified import coverings, pieces, sections
 from rigidpend.runs import certificates, orbit_proofs
@@ -151,7 +152,5 @@ def test_steps_of_some_sets_are_those_of_all() -> None:
 
 
 def test_a_proof_has_a_name_by_which_it_is_known(tmp_path: Path) -> None:
-    with pytest.raises(
-        store.StoreError, match=r"the name of a proof ends in \.orbit\.certificate\.h5"
-    ):
+    with pytest.raises(ParameterError, match=r"a proof ends in \.orbit\.certificate\.h5"):
         orbit_proofs.prepare(tmp_path / "x.h5")

@@ -101,6 +101,16 @@ def test_curves_end_with_their_first_point_outside_the_window() -> None:
         assert (np.diff(at) > 0).all()
 
 
+def test_orbits_may_start_at_an_action_below_all_doubles() -> None:
+    curves = lower(made("d", J1_0="1e-400"), THETA2_0[:2])
+    theta1, ratio, _ = curve(curves, 0)
+    assert np.isfinite(theta1).all()
+    assert ratio[-1] > 0.5
+    # J1/J2 grows from J1_0 and by the same factor in equal times.
+    spans = [times(made("d", J1_0=J1))[-1] for J1 in ("1e-400", "1e-200", "1e-100")]
+    assert (spans[0] - spans[1]) / (spans[1] - spans[2]) == pytest.approx(2)
+
+
 def test_few_points_where_straight_and_more_where_bent() -> None:
     line = np.linspace(0, 0.9, 500)
     assert points(line, 2 * line).tolist() == [0, 499]

@@ -8,7 +8,11 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
 from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, Whole
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.routes.problem import RouteProblem
+
+LEAST_J1_0 = 1e-280
+"""Least J1_0."""
 
 
 class Problem(HeavyBody):
@@ -17,7 +21,7 @@ class Problem(HeavyBody):
     h: Number
     """Energy of all orbits (eq. h0_new), h > mu; physical units, as mu."""
     J1_0: Number
-    """Action at which theta2_0 of an orbit is stated, dimensionless, small beside J2."""
+    """Action at which theta2_0 of an orbit is stated, dimensionless, 1e-280 to J2_0/2, small."""
     symbols: Annotated[Whole, Field(ge=0, le=8)]
     """Symbols of the longest codes: passages between the first crossing and the last."""
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
@@ -34,7 +38,10 @@ class Problem(HeavyBody):
 
     @model_validator(mode="after")
     def _allowed(self) -> Self:
-        _ = self.routes
+        # Orbits start at a far smaller J1 yet, which must be a normal double.
+        if not LEAST_J1_0 <= float(self.J1_0) < float(self.routes.J2_0(53)) / 2:
+            said = f"expected {LEAST_J1_0:g} to less than J2_0/2, got {self.J1_0}"
+            raise ParameterError("J1_0", said)
         return self
 
 

@@ -35,14 +35,16 @@ def draw(result: Loaded) -> Figure:
     n, blocks = min(len(bodies), ACROSS), -(-len(bodies) // ACROSS)
     column = min(COLUMN, (plots.WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)
     # A single column would be too narrow for the legend.
-    wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, plots.WIDTH / 2)
+    filled = LEFT + RIGHT + n * column + (n - 1) * BETWEEN
+    wide = max(filled, plots.WIDTH / 2)
     pitch = BELOW + ABOVE + 2 * ROW + APART
     figure = Figure(figsize=(wide, blocks * pitch))
     for number, (name, body) in enumerate(bodies.items()):
         block, k = divmod(number, ACROSS)
         under = (blocks - 1 - block) * pitch + BELOW
         for row, surface in enumerate(NAMES):
-            left, bottom = LEFT + k * (column + BETWEEN), under + (1 - row) * (ROW + APART)
+            left = LEFT + (wide - filled) / 2 + k * (column + BETWEEN)
+            bottom = under + (1 - row) * (ROW + APART)
             axes = plots.panel(figure, left, bottom, column, ROW)
             _draw_surface(axes, body, surface)
             axes.tick_params(labelleft=k == 0, labelbottom=row == 1)

@@ -13,7 +13,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import columns
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.routes.symbolic.chain import System, on_surface, passages, signs_of
+from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.shortest import chain_through
@@ -32,13 +32,23 @@ def compute(config: Config, means: Means) -> Tree:
     """Find and verify the closed orbits of all words."""
     problem = config.problem
     level = ChainLevel.of(problem.body, problem.h)
-    found = [closed(level, word, problem.half_turns) for word in words(problem.longest)]
+    found = [_closed(level, word, problem.half_turns) for word in words(problem.longest)]
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
     return {
         "orbits": _orbits(problem, found),
         "averages": _averages(problem, level, found),
         "places": _places(found),
     }
+
+
+def _closed(level: ChainLevel, word: tuple[int, ...], half_turns: int) -> ClosedOrbit:
+    """The orbit of a word; NoOrbit says which one is not found, and what helps."""
+    try:
+        return closed(level, word, half_turns)
+    except NoOrbit as error:
+        named = "".join(map(str, word))
+        helps = f"allow more half rotations than half_turns = {half_turns}"
+        raise NoOrbit(f"no orbit of {named} was found: {error}; {helps}") from None
 
 
 def cost(config: Config) -> float:
@@ -88,7 +98,10 @@ def _long_orbit(level: ChainLevel, n: int, half_turns: int) -> tuple[float, floa
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
-    grown = stretching(chain_through(system, half_turns * np.arange(n + 1), 0.0))
+    # chi of the first crossing is close to this plus its angle on the unstable surface; it depends
+    # on the units of the energy.
+    origin = float(level.arriving(0.0, 0.0).chi[0])
+    grown = stretching(chain_through(system, half_turns * np.arange(n + 1), -origin))
     # Growths far apart along the orbit are nearly independent, and so are the means of the parts.
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))

@@ -54,6 +54,10 @@ def _draw_orbits(axes: Axes, data: Data) -> None:
         beside(axes, word, (place[k], exponent[k]), side, 0, **look)
     axes.set(xlabel="symbols of the word", ylabel="Lyapunov exponent per passage")
     axes.set_xticks(middles, [str(n + 1) for n in range(len(middles))])
+    axes.ticklabel_format(axis="y", useOffset=False)
+    low, high = axes.get_ylim()
+    # The legend stands above all marks.
+    axes.set_ylim(low, high + 0.28 * (high - low))
     axes.legend(fontsize=7, loc="upper right")
     title(axes, "a", f"all {len(length)} orbits")
 
@@ -78,10 +82,13 @@ def _draw_averages(axes: Axes, averages: Data) -> None:
     error, apart = float(averages["long_orbit_error"]), np.abs(mean[:-1] - mean[-1])
     axes.axhline(error, color=RED, lw=0.9, ls="--", label="standard error of the random orbit")
     axes.semilogy(length[:-1], apart, "o-", color=BLUE, ms=4, lw=1, label="mean over all words")
-    said = f"distance from {mean[-1]:.6f}, that of {length[-1]}"
-    axes.set(xlabel="symbols of the words", ylabel=said)
+    axes.set_xlabel("symbols of the words")
+    said = f"distance from that of {length[-1]} symbols, {mean[-1]:.6f}"
+    axes.set_ylabel(said, fontsize=8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.legend(fontsize=7)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** 0.2)
+    axes.legend(fontsize=7, loc="upper right")
     title(axes, "b", "averages over closed orbits")
 
 

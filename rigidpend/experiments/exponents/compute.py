@@ -97,17 +97,15 @@ def _checked(
     count = min(problem.checked, known.size)
     cells = np.linspace(0, known.size - 1, count + 2)[1:-1].astype(int)
     some = cells[known[cells]]
-    found = stretched(orbits, starts[0][some], starts[1][some], problem.n_symbols)
     row, column = np.divmod(cells, problem.theta2_0.count)
-    values: dict[str, Any] = {"row": row, "column": column}
-    for name, each in (
-        ("growth", found.growth[-1]),
-        ("difference", integrated(found) - found.growth[-1]),
-        ("allowed", found.allowed + found.integrated),
-    ):
-        values[name] = np.full(cells.size, np.nan)
-        values[name][known[cells]] = each
-    return values
+    values = {name: np.full(cells.size, np.nan) for name in ("growth", "difference", "allowed")}
+    # Tables are not summed for no orbit at all.
+    if some.size:
+        found = stretched(orbits, starts[0][some], starts[1][some], problem.n_symbols)
+        values["growth"][known[cells]] = found.growth[-1]
+        values["difference"][known[cells]] = integrated(found) - found.growth[-1]
+        values["allowed"][known[cells]] = found.allowed + found.integrated
+    return {"row": row, "column": column, **values}
 
 
 def cost(config: Config) -> float:

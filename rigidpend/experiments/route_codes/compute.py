@@ -51,8 +51,10 @@ def compute(config: Config, means: Means) -> Tree:
             f"passages are long: about {rotations:,.0f} rotations of the pendulum each;"
             f" some {expected} in all"
         )
-    for name in problem.arrays:
-        routes = _array(name, config, means)
+    before, every = 0, sum(grid.count for grid in problem.arrays.values())
+    for name, grid in problem.arrays.items():
+        routes = _array(name, config, means, (before, every))
+        before += grid.count
         means.report(f"{name}: {_summary(routes)}")
         groups[name] = {**routes._asdict(), "melnikov_zeros": zeros}
         # The field is stored only if maps decided some orbits.
@@ -61,8 +63,12 @@ def compute(config: Config, means: Means) -> Tree:
     return groups
 
 
-def _array(name: str, config: Config, means: Means) -> RouteCodes:
-    """Compute the routes of an array in parts of some seconds."""
+def _array(name: str, config: Config, means: Means, orbits: tuple[int, int]) -> RouteCodes:
+    """Compute the routes of an array in parts of some seconds.
+
+    `orbits` are the numbers of orbits in earlier arrays and in all, for the finished share.
+    """
+    before, every = orbits
     count = config.problem.arrays[name].count
     seconds = column_cost(config, count)
     at_once = min(MOST, max(LANES if seconds < SLOW else 1, int(PART / seconds)))
@@ -74,7 +80,7 @@ def _array(name: str, config: Config, means: Means) -> RouteCodes:
         found.append(RouteCodes(**tree))
         if len(parts) > 1:
             text = f"{name}: {part.stop} of {count} orbits"
-            means.report(progress.PartDone(text, part.stop, count))
+            means.report(progress.PartDone(text, before + part.stop, every))
     return joined(found)
 
 

@@ -7,7 +7,8 @@ integration, whichever is faster for that number of cells. If both do, every cel
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,21 @@ The first two precede the integration; most of them go into the numbers in 113 b
 def compute(config: Config, means: Means) -> Tree:
     """Compute the plane of a config and its zooms."""
     problem = config.problem
-    planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
+    cells = {name: x.values.size * y.values.size for name, (x, y) in problem.planes.items()}
+    done = dict.fromkeys(cells, 0)
+
+    def over(name: str, count: int, stay: int) -> None:
+        done[name] = count
+        text = f"{name or 'plane'}: {count} of {cells[name]} cells"
+        # Said as soon as there are some: more bits would take longer, and decide nothing.
+        if stay:
+            text += f"; {stay} stay beside a pendulum motion, and no number of bits decides"
+        means.report(PartDone(text, sum(done.values()), sum(cells.values())))
+
+    planes = {
+        name: _plane(name, axes, problem, means, partial(over, name))
+        for name, axes in problem.planes.items()
+    }
     whole = planes.pop("")
     across, upwards = problem.names
     whole |= {"y_axis": upwards, "marked": own_value(problem, upwards)}
@@ -63,8 +78,17 @@ def own_value(problem: Problem, axis: str) -> float:
     return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
 
 
-def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> Streamed:
-    """All cells of a plane, tile by tile."""
+def _plane(
+    name: str,
+    axes: tuple[Axis, Axis],
+    problem: Problem,
+    means: Means,
+    over: Callable[[int, int], None],
+) -> Streamed:
+    """All cells of a plane, tile by tile.
+
+    `over` is told how many cells are done, and how many of these have no further crossing.
+    """
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
@@ -78,12 +102,8 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         stay = 0
         for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
             yield {key: ((..., rows, columns), values) for key, values in tile.items()}
-            done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
-            text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
-            # Said as soon as there are some: more bits would take longer, and decide nothing.
-            if stay := stay + int((tile["codes"] == NO_SYMBOL).any(axis=0).sum()):
-                text += f"; {stay} stay beside a pendulum motion, and no number of bits decides"
-            means.report(PartDone(text, done, x.size * y.size))
+            stay += int((tile["codes"] == NO_SYMBOL).any(axis=0).sum())
+            over(rows.stop * x.size if columns.stop == x.size else columns.stop * y.size, stay)
 
     first_rows, first_columns = tiles[0][1]
     block = (first_rows.stop, first_columns.stop)

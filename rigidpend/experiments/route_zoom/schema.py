@@ -42,6 +42,9 @@ class Problem(RouteStart):
     def _physics(self) -> Self:
         if self.symbol > self.n_symbols:
             raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
+        first, second = self.between
+        if not float(second - first):
+            raise ValueError(f"expected two phases that differ, got {first} and {second}")
         if not float(self.step) > 0:
             raise ValueError(f"step must be greater than 0, got {self.step}")
         quotient = str(self.factor.fraction or self.factor)

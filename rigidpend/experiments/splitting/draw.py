@@ -70,7 +70,7 @@ def _draw_curve(axes: Axes, data: Data) -> str:
     axes.plot(curve["g"], curve["melnikov"], color="black", lw=2.2, alpha=0.35, label="Melnikov")
     shown = np.flatnonzero((ratios >= SHOWN) & np.isfinite(curve["measured"]).all(axis=1))
     for k, (colour, style) in zip(shown[-len(LOOKS) :], LOOKS, strict=False):
-        said = f"${ratios[k]:g}$"
+        said = f"${plots.power(ratios[k])}$"
         axes.plot(curve["g"], curve["measured"][k], color=colour, ls=style, lw=1.3, label=said)
     axes.axhline(0, color="0.6", lw=0.5, zorder=0)
     ring: Any = {"ms": 5, "mfc": "white", "mec": "black", "zorder": 4, "label": "heteroclinic"}
@@ -93,7 +93,7 @@ def _draw_error(axes: Axes, data: Data) -> str:
     chosen = dict(zip(_chosen(data), CHOSEN, strict=False))
     for values, place, said, kind in (
         (bodies["curve_excess"], (0.05, 0.62), "whole curve,\nslope 1", WHOLE),
-        (np.abs(bodies["excess"][..., 0]), (0.33, 0.17), "$\\cos g$ part,\nslope 2", COSINE),
+        (np.abs(bodies["excess"][..., 0]), (0.4, 0.03), "$\\cos g$ part,\nslope 2", COSINE),
     ):
         for row, known in enumerate(resolved):
             look = chosen.get(row, OTHER)
@@ -104,7 +104,8 @@ def _draw_error(axes: Axes, data: Data) -> str:
     axes.set_xlabel(plots.axis_label(MU_OVER_H0))
     axes.set_ylabel("relative error of Melnikov's formula", fontsize=8.5)
     named = [plots.entry(_name(bodies, row), **look) for row, look in chosen.items()]
-    named.append(plots.entry("the other bodies", **OTHER))
+    if len(named) < len(resolved):
+        named.append(plots.entry("the other bodies", **OTHER))
     axes.legend(handles=named, loc="lower right", fontsize=7, labelspacing=0.3, borderaxespad=0.3)
     return r"the curve errs by $O(\mu)$, its $\cos g$ part by $O(\mu^2)$"
 
@@ -126,7 +127,7 @@ def _draw_decay(axes: Axes, data: Data) -> str:
         (("o", plots.BLUE, 6), ("s", plots.ORANGE, 5), ("D", plots.RED, 4), ("v", plots.PINK, 4)),
         strict=False,
     ):
-        rows, said = resolved[:, k], rf"$\mu/h_0 = {_power(ratios[k])}$"
+        rows, said = resolved[:, k], rf"$\mu/h_0 = {plots.power(ratios[k])}$"
         look: Any = {"ms": size, "mfc": "none", "mec": colour, "mew": 1.1, "label": said}
         axes.semilogy(bodies["nu"][rows], bodies["reduced"][rows, k], marker, **look)
     for k in known[:1]:
@@ -138,11 +139,6 @@ def _draw_decay(axes: Axes, data: Data) -> str:
     axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
     axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)
     return "exponentially small in $\\nu$"
-
-
-def _power(x: float) -> str:
-    exponent = round(np.log10(x))
-    return f"10^{{{exponent}}}" if x < 2e-3 and np.isclose(x, 10.0**exponent) else f"{x:g}"
 
 
 def _draw_table(axes: Axes, data: Data) -> str:
@@ -158,7 +154,9 @@ def _draw_table(axes: Axes, data: Data) -> str:
         axes.add_patch(cell)
         axes.text(column, row, said, ha="center", va="center", fontsize=6.5)
     axes.set(xlim=(-0.5, n_weights - 0.5), ylim=(n_bodies - 0.5, -0.5))
-    axes.set_xticks(range(n_weights), [f"${_power(x)}$" for x in ratios], fontsize=6.5)
+    # A factor stands above its power of ten, for a cell has no room for both beside each other.
+    weights = [f"${plots.power(x)}$".replace(r"\cdot ", "$\n$\\cdot ") for x in ratios]
+    axes.set_xticks(range(n_weights), weights, fontsize=6.5)
     pairs = zip(bodies["name"], bodies["nu"], strict=True)
     names = [f"{'Fig. 4' if name == 'fig4' else name}  {nu:.1f}" for name, nu in pairs]
     axes.set_yticks(range(n_bodies), names, fontsize=7)
@@ -166,7 +164,8 @@ def _draw_table(axes: Axes, data: Data) -> str:
     axes.set(xlabel=plots.axis_label(MU_OVER_H0), ylabel=r"body, $\nu$")
     used = set(bodies["bits"][bodies["resolved"]].tolist())
     keys = {f"{bits} bits": colour for bits, colour in BITS.items() if bits in used}
-    keys["not resolved"] = NONE
+    if not bodies["resolved"].all():
+        keys["not resolved"] = NONE
     patches = [Patch(fc=colour, ec="0.5", lw=0.5, label=said) for said, colour in keys.items()]
     below: Any = {"loc": "upper center", "bbox_to_anchor": (0.42, -0.19), "ncols": 4}
     close: Any = {"handlelength": 1.2, "columnspacing": 0.9, "handletextpad": 0.4}

@@ -150,7 +150,8 @@ class _Arcs:
             if self._sampled(reach):
                 return
             reach = math.ceil(1.3 * reach)
-        raise NoOrbit("the samples of an arc end before its passages are long enough")
+        said = "the samples of an arc end before its passages are long enough"
+        raise NoOrbit(f"{said}: allow fewer than half_turns = {half_turns} half rotations")
 
     def _sampled(self, reach: int) -> bool:
         """Sample the arcs; True if the samples reach far enough towards the ends."""

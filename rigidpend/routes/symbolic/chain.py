@@ -177,9 +177,16 @@ class System(NamedTuple):
     def guess(self, angles: Array, parameter: Any) -> Array:
         """The unknowns of a chain whose crossings lie at chi = `angles`, radians, (n + 1,).
 
-        Only their d has gaps; that of the arrival is given.
+        Only their d has gaps; that of the arrival is given. NoOrbit is raised where a passage is so
+        long that its |I| is below all doubles.
         """
         n = len(self.signs)
+        half_turns = float(np.diff(angles, axis=0).max(initial=0.0)) / math.pi
+        if self.level.invariant(half_turns) < np.finfo(float).tiny:
+            raise NoOrbit(
+                f"|I| of a passage with {half_turns:.0f} half rotations is below all doubles: take"
+                " fewer"
+            )
         x = np.empty((1 + 2 * n + (self.last_chi is None), *angles.shape[1:]))
         a, b = x[1::2], x[2::2]
         rising, upper = alternating(len(a), angles), alternating(n, angles)

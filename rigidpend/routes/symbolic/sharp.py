@@ -31,6 +31,7 @@ from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE, PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import at_crossings, states_at
+from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, lift, reduced, rounded
@@ -56,6 +57,12 @@ NEAREST, FARTHEST = 1e-15, 1e-2
 v is the coordinate of the normal form."""
 ROUNDS = 16
 """Largest number of measurements of I."""
+OUTSIDE, NEAR = 1e-3, 1e-12
+"""Share of J1_0 by which J1 may be off where the normal form has it, and as two steps mend it.
+
+The normal form has as many terms as the layer needs, so that a larger J1_0 is put less well."""
+CORRECTIONS = 4
+"""Largest number of integrations to J1_0: each squares what the one before has left."""
 FINEST_ERROR = 3e-30
 """Largest error that is left, radians: a third of the 30th digit."""
 
@@ -189,7 +196,11 @@ class Launch:
         # The energy tells J2 but for `drop`, which is about mu J1 and depends on J2 itself.
         for _ in range(MOST_ITERATIONS):
             before, J2 = drop, np.sqrt(2 * (high + drop) / c.aligned.kappa)
-            M3 = np.sqrt(J2 * J2 - across)
+            square = J2 * J2 - across
+            # The series of the normal form, far from its orbit, no longer have the energy h.
+            if not (square > 0).all():
+                raise self._outside()
+            M3 = np.sqrt(square)
             drop = reduced((Qp, Qm), turn, (J2, M3, 1 / J2, 1 / (J2 + M3)), c).drop
             if np.abs(drop - before).max(initial=0.0) < 1e-16 * self.level.h:
                 break
@@ -202,12 +213,36 @@ class Launch:
         `begin` is theta2 at the start in doubles, and `states` are the starts, (6, N).
         """
         b = self.b(begin, float(self.J1))
-        times = self.clock(b, float(self.J1_0)) - self.clock(b, float(self.J1))
-        found = self._moved(self.carried(states, times, jobs)) % (2 * self.a.pi)
-        return [fraction(x, self.bits) for x in found]
+        left = self.clock(b, float(self.J1_0)) - self.clock(b, float(self.J1))
+        for _ in range(CORRECTIONS):
+            states = self.carried(states, left, jobs)
+            here = self._canonical(states)
+            off = np.abs((here[1] / self.J1_0 - 1).astype(float)).max(initial=0.0)
+            if off < NEAR:
+                break
+            if not off < OUTSIDE:
+                raise self._outside()
+            left = self._left(here).astype(float)
+        wide: Any = self.a
+        # Midpoint steps in time, from J1 here to J1_0. The first leaves about the cube of `NEAR`,
+        # the second nothing.
+        for _ in range(2):
+            time, rates = self._left(here), eq1(here, self.p, wide)
+            middle = tuple(x + time / 2 * rate for x, rate in zip(here, rates, strict=True))
+            rates = eq1(middle, self.p, wide)
+            here = tuple(x + time * rate for x, rate in zip(here, rates, strict=True))
+        return [fraction(x, self.bits) for x in here[2] % (2 * self.a.pi)]
 
-    def _moved(self, states: Any) -> Any:
-        """theta2 where J1 is J1_0 in all bits, from states (6, n) that are so to doubles."""
+    def _left(self, here: Any) -> Any:
+        """t' to where J1 is J1_0 from `here`, theta1, J1, theta2 and J2, by the rate of J1."""
+        wide: Any = self.a
+        return (self.J1_0 - here[1]) / eq1(here, self.p, wide)[1]
+
+    def _outside(self) -> MapError:
+        return MapError(f"J1_0 = {float(self.J1_0):g} lies outside of the normal form")
+
+    def _canonical(self, states: Any) -> tuple[Any, Any, Any, Any]:
+        """theta1, J1, theta2 and J2 of states (6, n), in all bits."""
         a = self.a
         Qp, Qm, M3, gamma1, gamma2, gamma3 = a.array(states)
         # The reversor, for `rotation_phase` knows the upper orbit alone.
@@ -216,17 +251,7 @@ class Launch:
         M1, M2 = (Qp + Qm) * self.c.to_M1, (Qp - Qm) * self.c.to_M2
         J2 = a.sqrt(M1 * M1 + M2 * M2 + M3 * M3)
         J1 = (M1 * M1 + M2 * M2) / (2 * (J2 - M3))
-        here = (self.p.beta0 + 2 * a.atan2(M1, M2), J1, theta2, J2)
-        wide: Any = a
-        # Midpoint steps in time, from J1 here to J1_0. The first is some 1e-14 long and leaves
-        # about its cube, the second leaves nothing.
-        for _ in range(2):
-            rates = eq1(here, self.p, wide)
-            time = (self.J1_0 - here[1]) / rates[1]
-            middle = tuple(x + time / 2 * rate for x, rate in zip(here, rates, strict=True))
-            rates = eq1(middle, self.p, wide)
-            here = tuple(x + time * rate for x, rate in zip(here, rates, strict=True))
-        return here[2]
+        return self.p.beta0 + 2 * a.atan2(M1, M2), J1, theta2, J2
 
 
 class Sharp(NamedTuple):

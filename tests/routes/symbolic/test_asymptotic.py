@@ -15,6 +15,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.records import columns
+from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.symbolic import asymptotic
 from rigidpend.routes.symbolic import sharp as sharp_module
 from rigidpend.routes.symbolic.asymptotic import (
@@ -115,6 +116,28 @@ def test_phases_have_30_digits_where_mu_J1_0_is_large_too(J1: str) -> None:
     ]
     assert max(off) < LAST_DIGIT
     assert max(found.error) < sharp_module.FINEST_ERROR
+
+
+# The orbit at which gamma3 is 0 at its first crossing, by the same integrator as above.
+FAR = {
+    ("1e-3", "0.2"): "3.56244502960246148766584800512059696",
+    ("1e-6", "0.05"): "1.43696116742902984993171666293529839",
+}
+
+
+@pytest.mark.parametrize(("mu", "J1"), FAR)
+def test_phases_have_30_digits_where_the_normal_form_tells_J1_0_less_well(mu: str, J1: str) -> None:
+    """It has the terms that the layer needs; beyond them J1_0 is where integration finds it."""
+    far = ChainLevel.of(Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu=mu), H)
+    [(rough, _)] = skeleton(far, 0, HALF_TURNS)
+    found = sharp(Launch(far, exact(J1)), doubly_asymptotic(far, rough))
+    assert min(abs(x - Fraction(FAR[mu, J1])) for x in found.theta2_0) < LAST_DIGIT
+
+
+@pytest.mark.parametrize("J1", ["0.5", "0.6", "1.41"])
+def test_phases_are_refused_where_J1_0_is_outside_of_the_normal_form(J1: str) -> None:
+    with pytest.raises(MapError, match=rf"J1_0 = {J1} lies outside of the normal form"):
+        sharp(Launch(level(), exact(J1)), orbits(0))
 
 
 @functools.cache

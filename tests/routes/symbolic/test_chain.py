@@ -202,3 +202,11 @@ def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> No
     with pytest.raises(NoOrbit, match="too short"):
         alike(flat, signs_of([0]), each)
     assert len(tried) == MORE_HALF_TURNS
+
+
+def test_a_passage_whose_invariant_is_below_all_doubles_is_refused_without_a_warning() -> None:
+    """Fig. 4's body takes some 320 half rotations at most."""
+    system = System(level(), on_surface, signs_of(np.array([0])))
+    assert abs(chain_through(system, np.array([0, 300]), 0.0).I[0]) > 0
+    with pytest.raises(NoOrbit, match=r"a passage with 900 half rotations is below all doubles"):
+        chain_through(system, np.array([0, 900]), 0.0)
