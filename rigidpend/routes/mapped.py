@@ -196,6 +196,14 @@ class Maps:
         return max(self.design_by_bits, default=53)
 
     @property
+    def last(self) -> int:
+        """Which map makes the sharpest computation that decides symbols: 0 the first, 1 the second.
+
+        In doubles alone, it is the second one.
+        """
+        return self.designs.index(self.design_by_bits.get(self.most_bits, SECOND))
+
+    @property
     def ladder(self) -> tuple[int, ...]:
         """The precisions of the run and those of the maps, ascending."""
         return tuple(sorted({*self.run.arithmetic.precisions, *self.design_by_bits}))
