@@ -10,7 +10,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_EXCEPTION,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Any, TypeVar
 
@@ -140,7 +147,13 @@ def side_by_side(
     heeded = stop, getattr(_of_thread, "listener", None)
     pool = ThreadPoolExecutor(workers, initializer=_heed, initargs=heeded)
     with _ended(pool, stop.set):
-        return [_result(x) for x in [pool.submit(work, part, *given) for part in parts]]
+        coming = [pool.submit(work, part, *given) for part in parts]
+        while wait(coming, CHECK_PERIOD, FIRST_EXCEPTION).not_done:
+            check_stop()
+            # An error in any part is raised now, and ends the others.
+            for one in filter(Future.done, coming):
+                one.result()
+        return [one.result() for one in coming]
 
 
 def worth_processes(parts: int, jobs: int) -> bool:
@@ -256,8 +269,8 @@ def _done(work: Callable[..., Result], *given: Any) -> Result:
     return work(*given)
 
 
-def _result(future: Future[Result], meanwhile: Callable[[], object] = lambda: None) -> Result:
-    """Wait for a result, unless a stop is asked for."""
+def _result(future: Future[Result], meanwhile: Callable[[], object]) -> Result:
+    """Wait for a process's result, unless a stop is asked for."""
     while wait([future], CHECK_PERIOD).not_done:
         check_stop()
         meanwhile()

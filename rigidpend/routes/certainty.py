@@ -174,11 +174,14 @@ def decide(
 
     def settle(columns: Columns) -> Decided:
         """Decide some columns in the first precision."""
-        first, count = compute(least, FIRST_SCALES, columns), most_computations(least)
+        count = most_computations(least)
         if count == 1:
-            certain = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
-            return _decided(first, certain, least)
-        second = compute(least, SECOND_SCALES, columns)
+            # It is compared with the next precision's in the first scales. The second ones are
+            # those of another map, for errors of a map's tables are the same in every precision.
+            only = compute(least, SECOND_SCALES, columns)
+            certain = np.zeros((len(only.time) - 1, columns.size), dtype=bool)
+            return _decided(only, certain, least)
+        first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
         third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
         certain = _established(first, second, rate, third, columns)
         return _decided(second, certain, least)

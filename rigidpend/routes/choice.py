@@ -56,7 +56,8 @@ def expected_seconds(
     if costs.at_stake(problem, orbits, precisions):
         from rigidpend.routes.mapped import expected_tables
 
-        tables = expected_tables(problem, orbits, costs.budget(problem, orbits, precisions))
+        budget = costs.budget(problem, orbits, precisions)
+        tables = expected_tables(problem, orbits, budget, precisions)
         if tables < math.inf:
             return tables + orbits * costs.by_maps(problem, precisions)
     return orbits * costs.integration(problem, precisions)

@@ -37,10 +37,10 @@ TIME_ERROR_BITS = 8
 def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequence[int]) -> Compute:
     """Computations, for `certainty.climb`, of orbits that maps leave open.
 
-    `known` is what the maps found, by the second of the two at last. The first computation in each
-    precision of the ladder is handed over where that pays. The two maps take turns, for a result
-    and the one that it is compared with must not come from the same tables. Further computations in
-    the same precision are integrations to the end, by `integrated`.
+    `known` is what the maps found, by `maps.last` at last. The first computation in each precision
+    of the ladder is handed over where that pays. The two maps take turns, for a result and the one
+    that it is compared with must not come from the same tables. Further computations in the same
+    precision are integrations to the end, by `integrated`.
     """
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
@@ -49,7 +49,7 @@ def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequenc
         # All orbits count as failed until a map has carried them to their end.
         found = columns_of(known.crossings, columns)
         found.outcome[:] = Outcome.FAILED
-        which = ladder.index(bits) % 2
+        which = (maps.last + 1 + ladder.index(bits)) % 2
         at = handover(maps, bits - maps.built_bits[which], columns, known)
         some = np.flatnonzero(at)
         if some.size:

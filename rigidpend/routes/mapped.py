@@ -1,7 +1,7 @@
 """Crossings of the orbits of Fig. 4 by return maps instead of integration.
 
 Maps of different design take the place of integrations in other units: their tables differ in
-orders, nodes, arcs and units, so they share neither truncation nor rounding. In doubles two or
+orders, nodes, arcs and units, so they share neither truncation nor rounding. In doubles up to
 three maps are compared; in pairs of doubles each of two maps makes one computation, and the second
 map has some bits more than the first. A map covers the energies of all phases, h0 + mu
 sin(theta2_0) but for terms of the order of mu J1_0.
@@ -13,6 +13,7 @@ import contextlib
 import functools
 import math
 import threading
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
@@ -22,7 +23,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
-from rigidpend.numbers.exact import GUARD_BITS, exact
+from rigidpend.numbers.exact import GUARD_BITS, PRECISIONS, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
@@ -38,7 +39,7 @@ from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 
 THIRDS = 100_000
-"""Number of orbits from which on a third map is made, if doubles decide many of them.
+"""Number of orbits from which on a third map is made, if doubles decide many or all of them.
 
 It spares one orbit in seven a computation in more bits. Its tables take 0.3 s of a core or more; it
 saves 0.8 microseconds an orbit in this call and in those that follow."""
@@ -54,13 +55,18 @@ DESIGNS = {FIRST_SCALES: FIRST, SECOND_SCALES: SECOND, THIRD_SCALES: THIRD}
 """The map that takes the place of an integration in some scales; its unit of M is the same."""
 
 
-def designs_of(problem: RouteProblem, orbits: int) -> list[Design]:
+def designs_of(
+    problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS
+) -> list[Design]:
     """The designs of the maps that are made for so many orbits."""
-    third = orbits >= THIRDS and costs.doubles_decide(problem)
-    return [FIRST, SECOND, THIRD][: 3 if third else 2]
+    # Where nothing follows doubles these decide whatever can be, and integration would be third.
+    third = max(precisions) == 53 or costs.doubles_decide(problem)
+    return [FIRST, SECOND, THIRD][: 3 if third and orbits >= THIRDS else 2]
 
 
-def expected_tables(problem: RouteProblem, orbits: int, budget: float) -> float:
+def expected_tables(
+    problem: RouteProblem, orbits: int, budget: float, precisions: Sequence[int] = PRECISIONS
+) -> float:
     """Expected seconds of a core for the tables of the sharpest maps that take at most `budget`.
 
     Infinity where all take longer, or the orbits have no map.
@@ -68,7 +74,8 @@ def expected_tables(problem: RouteProblem, orbits: int, budget: float) -> float:
     with contextlib.suppress(MapError):
         check_start(problem)
         for map_bits in costs.wanted(problem):
-            tables = sum(_expected(problem, _tasks(designs_of(problem, orbits), map_bits)).values())
+            designs = designs_of(problem, orbits, precisions)
+            tables = sum(_expected(problem, _tasks(designs, map_bits)).values())
             if tables <= budget:
                 return tables
     return math.inf
@@ -125,7 +132,7 @@ class Maps:
         self.run, self.problem, self.only_kept = run, run.problem, only_kept
         self._lock, self._ready = threading.Lock(), dict[Task, Program]()
         self._budgets = dict[Task, float]()
-        self.designs = designs_of(run.problem, run.orbits)
+        self.designs = designs_of(run.problem, run.orbits, run.arithmetic.precisions)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
         budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
         self._settle(budget, pays if least_time else math.inf)
@@ -187,6 +194,14 @@ class Maps:
     def most_bits(self) -> int:
         """Bits of the sharpest map that decides symbols."""
         return max(self.design_by_bits, default=53)
+
+    @property
+    def last(self) -> int:
+        """Which map makes the sharpest computation that decides symbols: 0 the first, 1 the second.
+
+        In doubles alone, it is the second one.
+        """
+        return self.designs.index(self.design_by_bits.get(self.most_bits, SECOND))
 
     @property
     def ladder(self) -> tuple[int, ...]:

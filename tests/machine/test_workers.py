@@ -110,6 +110,25 @@ def test_cores_are_those_that_this_process_may_use(monkeypatch: pytest.MonkeyPat
     assert cores() == 3
 
 
+def test_an_error_ends_a_longer_part_before_it() -> None:
+    ended = threading.Event()
+
+    def work(part: int) -> None:
+        if part:
+            raise ZeroDivisionError
+        try:
+            for _ in range(500):
+                check_stop()
+                time.sleep(0.01)
+        except Stopped:
+            ended.set()
+            raise
+
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(work, (), False, [0, 1], 2)
+    assert ended.is_set()
+
+
 def test_parts_behind_an_error_are_not_begun() -> None:
     begun: list[int] = []
 

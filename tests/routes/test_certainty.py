@@ -158,7 +158,8 @@ def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: flo
 
 
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:
-    noted = Noted(first_53=[0, 0], first_64=[0.99e-2, 1.01e-2], first_106=[1, 1.01e-2])
+    """That of doubles is in other scales than the one that it is compared with."""
+    noted = Noted(second_53=[0, 0], first_64=[0.99e-2, 1.01e-2], first_106=[1, 1.01e-2])
     found = decide(noted, 2, 1.0, (53, 64, 106), most_computations=lambda _: 1)
     assert found.certain.all(axis=0).tolist() == [True, True]
     assert found.bits.tolist() == [64, 106]

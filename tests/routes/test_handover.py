@@ -102,6 +102,27 @@ def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrat
     assert np.median(np.abs(before[-1] / own[-1])) > 10
 
 
+@pytest.mark.parametrize(("pair", "first"), [((64, 75), 0), ((64, 53), 1)])
+def test_orbits_are_handed_over_to_the_map_that_did_not_find_what_is_known(
+    known: Decided, open_: Any, pair: tuple[int, int], first: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where only the first map has more than 53 bits, it found that, and comes second."""
+    monkeypatch.setattr(costs, "wanted", lambda _: (pair, (53, 53)))
+    maps, used = Maps(run()), list[int]()
+    assert maps.map_bits == pair
+
+    def onward(which: int, columns: Any, *_: Any, **more: Any) -> Any:
+        used.append(which)
+        raise ArithmeticError
+
+    monkeypatch.setattr(maps, "onward", onward)
+    computing = handed_over(maps, nobody, known, LADDER)
+    for bits in LADDER[:2]:
+        with pytest.raises(ArithmeticError):
+            computing(bits, certainty.FIRST_SCALES, open_)
+    assert used == [first, 1 - first]
+
+
 def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_map(
     known: Decided, open_: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,7 +16,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Design
 from rigidpend.orbits.return_map.program import Program
-from rigidpend.routes import certainty, costs, mapped
+from rigidpend.routes import certainty, choice, costs, mapped
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
 from tests.bodies import problem
@@ -180,8 +180,21 @@ def test_a_second_map_in_doubles_computes_nothing_where_it_would_decide_few(
     maps = mapped.Maps(run(task_orbits=mapped.THIRDS, precisions=precisions))
     assert [maps.most_computations(x) for x in (53, 64)] == most
     assert all(x[1] != THIRD for x in asked), "nor does a third one"
-    # Where no map beyond doubles follows, two of them decide alone.
-    assert mapped.Maps(run(precisions=(53,))).most_computations(53) == 3
+
+
+def test_maps_in_doubles_decide_alone_where_nothing_follows(
+    but: Callable[..., Asked], monkeypatch: Any
+) -> None:
+    """Of many orbits a third one, however few it is expected to decide: it spares integration."""
+    but()
+    monkeypatch.setattr(costs, "doubles_decide", lambda _: False)
+    for orbits, served in ((mapped.THIRDS - 1, False), (mapped.THIRDS, True)):
+        maps = mapped.Maps(run(task_orbits=orbits, precisions=(53,)))
+        assert maps.most_computations(53) == 3
+        assert maps.serve(53, certainty.THIRD_SCALES) == served
+    monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
+    given = run().problem, mapped.THIRDS, math.inf
+    assert mapped.expected_tables(*given) < mapped.expected_tables(*given, (53,))
 
 
 def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
@@ -194,6 +207,30 @@ def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
     tables = [mapped.expected_tables(run().problem, n, math.inf) for n in counts]
     assert tables == [64 + 75, 64 + 75 + 64]
+
+
+@pytest.mark.parametrize("decide", [True, False])
+@pytest.mark.parametrize("design", [FIRST, SECOND])
+def test_no_wrong_symbol_is_certain_by_one_map_whose_tables_are_wrong(
+    design: Design, decide: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def made(*given: Any, **more: Any) -> ReturnMap:
+        one = return_map(*given, **more)
+        if more["design"] != design:
+            return one
+        down, up = one.charts
+        table = up.inverse._replace(values=up.inverse.values * (1 + 1e-5))
+        return replace(one, charts=(down, up._replace(inverse=table)))
+
+    task, found = run(n_symbols=15, precisions=(53, 106)), []
+    monkeypatch.setattr(costs, "doubles_decide", lambda _: decide)
+    for making in (return_map, made):
+        monkeypatch.setattr(mapped, "return_map", making)
+        found.append(choice.by_maps(mapped.Maps(task), sampled=False))
+    right, wrong = found
+    assert right.certain.all()
+    other = wrong.crossings.separatrix[:-1] != right.crossings.separatrix[:-1]
+    assert not (wrong.certain & other).any()
 
 
 @pytest.mark.slow

@@ -107,11 +107,20 @@ def test_an_operation_errs_by_roundings_of_the_last_part_alone(
 
 
 @pytest.mark.parametrize(
-    ("size", "base", "kept"),
-    [(1.02, 3.0, True), (1.3, 3.0, True), (2.0, 3.0, True), (1.02, 2.95, False)],
+    ("size", "base", "parts", "kept"),
+    [
+        (1.02, 3.0, 2, True),
+        (1.3, 3.0, 2, True),
+        (2.0, 3.0, 2, True),
+        (1.02, 2.95, 2, False),
+        (1.02, 2.95, 1, True),
+        (1.02, 2.95, 3, True),
+    ],
 )
-def test_sums_upon_a_base_lose_its_last_bits_alone(size: float, base: float, kept: bool) -> None:
-    """Totals from -size to size need a base of three times that.
+def test_sums_upon_a_base_lose_its_last_bits_alone(
+    size: float, base: float, parts: int, kept: bool
+) -> None:
+    """Totals of pairs from -size to size need a base of three times that.
 
     Upon it the largest is twice the least. Upon a smaller one their difference may need 54 bits, if
     a power of two lies between it and the least total.
@@ -132,13 +141,13 @@ def test_sums_upon_a_base_lose_its_last_bits_alone(size: float, base: float, kep
     source, worst = random.Random(3), 0.0
     for _ in range(50):
         rows = [
-            np.array([as_doubles(x, 2) for x in xs]).T.copy()
+            np.array([as_doubles(x, parts) for x in xs]).T.copy()
             for xs in (just_below(source, size), just_below(source, 1))
         ]
-        out = np.empty((2, LANES))
-        compiled(lines, 2)(out, *rows)
+        out = np.empty((parts, LANES))
+        compiled(lines, parts)(out, *rows)
         worst = max(worst, np.abs(out).max())
-    assert (worst < 12**2 / 2 * 2.0**-106 * base * size) == kept
+    assert (worst < 12**2 / 2 * 2.0 ** (-53 * parts) * base * size) == kept
 
 
 def just_below(source: random.Random, size: float) -> list[Fraction]:

@@ -267,7 +267,7 @@ def test_what_is_summed_in_doubles_loses_less_than_what_is_left_out(made: Return
 def test_sums_in_pairs_need_a_base_above_their_terms(made: ReturnMap) -> None:
     """Errors of a last bit have grown by 5e9 in the end, and show only where pairs are not kept."""
     times = [late(made, HEADROOM=math.inf, BASE=x) for x in (program.BASE, 2.0**20, 2.0**-4)]
-    same(times[0], times[1])
+    assert apart(times[0], times[1]) < 1e-13
     assert apart(times[0], times[2]) > 1e-9
 
 

@@ -87,9 +87,9 @@ class Doubles:
         """A double x upon a base, to which `with_raised` and `with_raised_product` may add.
 
         The base, a double, is at least 3 times as large as the total, with any number of the terms,
-        can become. Doubles do without it.
+        can become. Only pairs make use of it.
         """
-        return (x,)
+        return self.of_double(x)
 
     def with_raised(self, total: Value, a: Value) -> Value:
         """A raised total + a."""
@@ -101,7 +101,7 @@ class Doubles:
 
     def lowered(self, total: Value, base: str) -> Value:
         """A raised total without its base; it errs by roundings of the base's last bit."""
-        return total
+        return self.settled(total)
 
     def divided(self, a: Value, share: Value, whole: str) -> Value:
         """a / whole, correctly rounded, from share = 1/whole.
