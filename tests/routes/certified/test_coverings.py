@@ -54,20 +54,24 @@ STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fr
         # One edge is beyond an end, and the other one is not.
         (1.5, 0.5 + BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
         (1.5, -0.5 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (-1.5, 0.5 + BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (-1.5, -0.5 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
         (1 + BARELY, 0.0, 1 + BARELY, 1 - BARELY, "C6: the image"),
         (1 + BARELY, 0.0, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
     ],
 )
+@pytest.mark.parametrize("which", range(3), ids=["Q", "gamma1", "gamma2"])
 def test_C6_images_lie_across_a_set(
-    ends: float, aside: float, across: float, sheet: float, reason: str
+    ends: float, aside: float, across: float, sheet: float, reason: str, which: int
 ) -> None:
-    """U = ends u + aside and V = across v, at all energies."""
+    """U = ends u + aside and V = across v, at all energies; one coordinate may be off its sheet."""
     a, b, l0, l1 = (float(x) for x in STRAIGHT[1:5])
     off = a * aside
     d = {(0, 1, 0, 0): 2 * a * ends, (0, 0, 0, 1): 2 / 4, (0, 0, 0, 0): 2 * off}
     g = {(0, 1, 0): 2 * a * ends / l1, (0, 0, 1): -2 * b * across / l1}
     g |= {(0, 0, 0): 2 * (off - l0) / l1}
-    box, begin = [arb(1 + sheet * ALONE), arb(0.5), arb(0.5)], [arb(1), arb(0.5), arb(0.5)]
+    box, begin = [arb(1), arb(0.5), arb(0.5)], [arb(1), arb(0.5), arb(0.5)]
+    box[which] += sheet * ALONE
     source, other = offered.arrived([offered.whole(d), offered.whole(g)], box)
     agree(
         reason,
