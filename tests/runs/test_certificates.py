@@ -104,6 +104,17 @@ def test_a_certificate_of_other_phases_is_made_anew(
     assert one != other, "nor do parts of an interrupted run count"
 
 
+@pytest.mark.slow
+def test_what_one_process_has_begun_several_finish(folder: Path, tmp_path: Path) -> None:
+    """Though it keeps each orbit by itself, and they keep some together."""
+    config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
+    with pytest.raises(Proving):
+        certificates.certify(config, tmp_path, jobs=1, report=Mock(side_effect=Proving))
+    certificates.certify(config, tmp_path, jobs=2, report=tell_nobody)
+    ours, whole = (storage.read(x / FILE)["data"]["only"] for x in (tmp_path, folder))
+    assert ours["theta2_0"].tolist() == whole["theta2_0"].tolist()
+
+
 def test_steps_survive_packing() -> None:
     step = Step(3 << 30, 70, [[(-1) ** j * (1 << 9 * j) - i for j in range(5)] for i in range(6)])
     orbits = [[step], [], [step, step._replace(bits=9)]]

@@ -283,7 +283,10 @@ def test_without_the_extra_the_command_says_how_to_install_it(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_worker_needs_the_code_that_proves_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_needs_the_code_of_the_experiment_and_that_which_proves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     before = cluster.facts_of("route_map", "taylor")
+    assert cluster.facts_of("exponents", "taylor")["code"] != before["code"]
     monkeypatch.setattr(cluster, "code_hash_of", lambda *files: f"another {len(files)}")
     assert cluster.facts_of("route_map", "taylor")["code"] != before["code"]

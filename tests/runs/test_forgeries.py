@@ -202,6 +202,7 @@ def column_copied(file: Any) -> None:
         (column_copied, "one: theta2_0 of column 1"),
         (lambda file: (file["data"].pop("two"), file.copy("data/one", "data/two")), "two: "),
         (lambda file: file["data"].pop("two"), "two"),
+        (lambda file: file.copy("data/one", "data/more"), "more"),
         (lambda file: file["data/two/steps"].attrs.update(units="deg"), "unit"),
     ],
 )
