@@ -240,14 +240,18 @@ def test_sets_of_a_symbol_are_apart(stored: Stored, factor: float, reason: str, 
 @pytest.mark.slow
 def test_a_line_comes_to_the_sets_by_those_between(stored: Stored, followed: None) -> None:
     """Each covers the next, the last one the sets of its section; the line has no symbol."""
-    before, orbits = [stored.quads[0], stored.quads[2]], stored.orbits
-    links: Any = list(zip((stored.line, *before), (orbits[4], orbits[0], orbits[2]), strict=True))
+    before, orbits = stored.quads[1:3], stored.orbits
+    links: Any = list(zip((stored.line, *before), (orbits[4], *orbits[1:3]), strict=True))
     end, crossed, symbols = coverings.prove_line(
         stored.numbers, links, stored.quads, stored.arrivals
     )
     assert end is stored.arrivals[2]
     assert [one.target for one in crossed] == [0, 1]
-    assert symbols == [stored.arrivals[0].right, stored.arrivals[2].right]
+    assert symbols == [True, False] == [each.right for each in stored.arrivals[1:3]]
+    assert not stored.arrivals[4].right
+    empty = [links[0], (links[1][0], []), links[2]]
+    doubt = said(coverings.prove_line, stored.numbers, empty, stored.quads, stored.arrivals)
+    assert doubt.startswith("line of starts: C6: the next set")
     # One that is not crossed, and one that is not covered by the one before.
     one = [step(x) for x in orbits[0][:1]]
     steps = [*([one] * 4), *([step(x) for x in pieces[:1]] for _, pieces in links)]
