@@ -21,6 +21,7 @@ from rigidpend.routes.certified import (
     family_orbits,
     horseshoe,
     passages,
+    pieces,
     sections,
     start_lines,
 )
@@ -163,6 +164,25 @@ def test_the_last_theorem_needs_what_those_before_it_need(
         monkeypatch.setattr(module, name, Mock(side_effect=failed))
     proven = proof.checked(asked("full_shift"), data)
     assert list(map(bool, proven.doubts)) == doubts
+
+
+@pytest.mark.parametrize("approached", [False, True])
+def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
+    data: Any, approached: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There may be several starts of one code: of the crossed sets no cones are asked."""
+    monkeypatch.setattr(pieces, "unpacked", lambda _, n: [[None]] * n)
+    monkeypatch.setattr(coverings, "prove", lambda *_: ([], [["of a set"]]))
+    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, ["of the line"], []))
+    monkeypatch.setattr(sections, "phases", lambda *_: (1.0, 2.0))
+    monkeypatch.setattr(coverings, "prove_cones", cones := Mock())
+    for name in ("prove_connections", "prove_transversal"):
+        monkeypatch.setattr(connections, name, Mock())
+    found = proof.checked(
+        asked("full_shift"), {**data, **({"approach": data["sets"]} if approached else {})}
+    )
+    assert cones.call_args.args[0] == ["of a set", *([] if approached else ["of the line"])]
+    assert found.theta2 == ((1.0, 2.0) if approached else None)
 
 
 @pytest.mark.parametrize(

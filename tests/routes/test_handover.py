@@ -296,8 +296,9 @@ def test_an_orbit_that_leaves_the_tables_is_integrated_to_its_end(
 
 @pytest.mark.parametrize("bits", [88, 500])
 def test_what_confirms_is_integrated_and_so_is_what_the_kernel_has_no_numbers_for(
-    maps: Maps, known: Decided, open_: Any, bits: int
+    maps: Maps, known: Decided, open_: Any, bits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(handover, "handover", None)
     asked = []
 
     def integrated(_: int, scales: Any, columns: Any) -> Crossings:

@@ -77,6 +77,7 @@ def test_the_closest_phases_differ_in_all_bits(monkeypatch: pytest.MonkeyPatch) 
             Neighbourhood(problem(), exact("4.7"), finest, resolve()).prefixes(phases)
     apart, truly = (given.args[1] for given in walk.call_args_list)
     assert np.abs(apart - truly).max() < 2.0**-52 * np.abs(truly).max()
+    assert walk.call_args.args[2] == pytest.approx([1e-30, -1e-30], rel=1e-15, abs=0)
 
 
 def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,13 +110,18 @@ def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) 
 def test_the_computations_of_a_precision_share_no_difference(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """So that they do not err alike: but for powers of two all differences are others."""
+    """So that they do not err alike: but for powers of two all differences are others.
+
+    So are the tolerances, and in the unit of time of each computation what a passage may take.
+    """
     monkeypatch.setattr(neighbourhood, "Walk", walk := Mock(wraps=Walk))
     phases = [exact(FIRST) + exact(f"{k}e-12") for k in (-3, 1)]
     around = Neighbourhood(problem(n_symbols=2), exact(FIRST), 1e-14, resolve(precisions=(53,)))
     assert around.routes(phases).certain.all()
     one, other, *_ = (np.frexp(given.args[1])[0] for given in walk.call_args_list)
     assert (one != other)[one != 0].all()
+    for name in ("tolerance", "passage_limit"):
+        assert len({given.kwargs[name] for given in walk.call_args_list}) == 2, name
 
 
 CHANGE = exact("0.7234567890123456789")

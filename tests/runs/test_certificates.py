@@ -104,6 +104,28 @@ def test_a_certificate_of_other_phases_is_made_anew(
     assert one != other, "nor do parts of an interrupted run count"
 
 
+def test_each_orbit_that_is_not_wholly_proven_is_named_with_its_reason() -> None:
+    codes = np.array([[0, 1, 255], [1, 255, 255]], dtype=np.uint8)
+    group = {"codes": codes, "theta2_0": np.array(["1", "1.1", "1.2"])}
+    [told] = certificates.summaries({"only": group}, {"only": ["", "few bits", "no start"]})
+    assert (told.orbits, told.symbols, told.proven) == (3, 6, 3)
+    assert told.undecided == [
+        "column 1, theta2_0 = 1.1: 1 of 2 symbols; then few bits",
+        "column 2, theta2_0 = 1.2: 0 of 2 symbols; then no start",
+    ]
+
+
+@pytest.mark.slow
+def test_what_one_process_has_begun_several_finish(folder: Path, tmp_path: Path) -> None:
+    """Though it keeps each orbit by itself, and they keep some together."""
+    config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
+    with pytest.raises(Proving):
+        certificates.certify(config, tmp_path, jobs=1, report=Mock(side_effect=Proving))
+    certificates.certify(config, tmp_path, jobs=2, report=tell_nobody)
+    ours, whole = (storage.read(x / FILE)["data"]["only"] for x in (tmp_path, folder))
+    assert ours["theta2_0"].tolist() == whole["theta2_0"].tolist()
+
+
 def test_steps_survive_packing() -> None:
     step = Step(3 << 30, 70, [[(-1) ** j * (1 << 9 * j) - i for j in range(5)] for i in range(6)])
     orbits = [[step], [], [step, step._replace(bits=9)]]

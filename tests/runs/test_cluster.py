@@ -179,7 +179,7 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
 ) -> None:
     parts, crew = Parts(tmp_path / "x.h5", "a"), dict[str, int]()
     kept: Tree = {"x": 1.0}
-    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcd"]
+    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcde"]
     for piece in pieces[:2]:
         parts.keep(piece.name, lambda: kept)
 
@@ -188,8 +188,8 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
 
     monkeypatch.setattr(cluster, "gathered", gathered)
     given = "tcp://nowhere:1", "route_map", "taylor", parts, pieces
-    assert len(list(cluster.computed(*given, report=tell_nobody, crew=crew))) == 4
-    assert crew == {"an earlier run, by the same code and engine": 2, "far": 2}
+    assert len(list(cluster.computed(*given, report=tell_nobody, crew=crew))) == 5
+    assert crew == {"an earlier run, by the same code and engine": 2, "far": 3}
 
 
 @pytest.mark.slow
@@ -286,7 +286,10 @@ def test_without_the_extra_the_command_says_how_to_install_it(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_worker_needs_the_code_that_proves_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_needs_the_code_of_the_experiment_and_that_which_proves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     before = cluster.facts_of("route_map", "taylor")
+    assert cluster.facts_of("exponents", "taylor")["code"] != before["code"]
     monkeypatch.setattr(cluster, "code_hash_of", lambda *files: f"another {len(files)}")
     assert cluster.facts_of("route_map", "taylor")["code"] != before["code"]

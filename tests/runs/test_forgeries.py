@@ -191,6 +191,10 @@ def column_copied(file: Any) -> None:
         replaced("one", field, values)(file)
 
 
+def row_copied(file: Any) -> None:
+    replaced("one", "codes", file["data/one/codes"][()][[0, 0]])(file)
+
+
 @pytest.mark.parametrize("checker", [by_package, by_script])
 @pytest.mark.parametrize(
     ("change", "said"),
@@ -200,8 +204,10 @@ def column_copied(file: Any) -> None:
         (stated("problem", "n_symbols", to=2), "one: "),
         (stated("problem", "arrays", "three", to=THIRD), "three: "),
         (column_copied, "one: theta2_0 of column 1"),
+        (row_copied, "its config asks for 1 symbol"),
         (lambda file: (file["data"].pop("two"), file.copy("data/one", "data/two")), "two: "),
         (lambda file: file["data"].pop("two"), "two"),
+        (lambda file: file.copy("data/one", "data/more"), "more"),
         (lambda file: file["data/two/steps"].attrs.update(units="deg"), "unit"),
     ],
 )

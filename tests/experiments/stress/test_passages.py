@@ -47,7 +47,7 @@ def test_deviations_are_those_of_roundings_made_one_by_one(end: float) -> None:
         y = states_at(SCENE.c, aside, [end - time])[:, 0]
         moved.append((y[:, :6] - y[:, 6:]) / 2e-6)
     expected = roundings.NOISE * np.linalg.norm(np.hstack(moved), axis=1)
-    assert errors[-1, :, 0] == pytest.approx(expected, rel=1e-5)
+    assert errors[-1, :, 0] == pytest.approx(expected, rel=1e-5, abs=0)
 
 
 def test_predicted_errors_are_those_of_many_digits_also_where_they_have_grown_most() -> None:
@@ -62,7 +62,7 @@ def test_predicted_errors_are_those_of_many_digits_also_where_they_have_grown_mo
     )
     times, errors = np.array(known).T
     predicted = roundings.predicted_errors(scene, scene.starts(2, 1e-8)[:, 1:], times[:, None])
-    assert predicted[:, 0] == pytest.approx(errors, rel=1e-3)
+    assert predicted[:, 0] == pytest.approx(errors, rel=1e-3, abs=0)
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, in_blocks
 from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.orbits.return_map.reduced import coefficients, reduced
 from tests.orbits.integrate.problems import FIG4, GENERIC
 from tests.strategies import bodies, repeatable
 
@@ -38,12 +38,24 @@ def test_agrees_lambda_at_0_with_the_floquet_exponent(body: Body) -> None:
     assert nf.disagreement < 1e-13, "the two determinations of Lambda"
 
 
-def test_a_wrong_equation_shows_in_the_two_determinations_of_lambda() -> None:
+def test_a_wrong_equation_shows_in_the_two_determinations_of_lambda(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     c = coefficients_of(FIG4)
     wrong = c._replace(aligned=c.aligned._replace(force_p=c.aligned.force_p * 1.001))
     right, spoilt = (normal_form(x, AT, 9, 15, 0.2, DOUBLES).disagreement for x in (c, wrong))
     assert right < 1e-15
     assert spoilt > 1e-11
+
+    def cubic(Q: Any, *given: Any) -> Any:
+        found = reduced(Q, *given)
+        return found._replace(Qp=found.Qp + Q[0] * Q[0] * Q[1])
+
+    # A wrong term of the third order shows as far from the orbit as it counts.
+    monkeypatch.setattr(module, "reduced", cubic)
+    near, far = (normal_form(c, AT, 3, 15, radius, DOUBLES).disagreement for radius in (0.1, 0.2))
+    assert far == pytest.approx(4 * near, rel=1e-9)
+    assert far > 1e-3
 
 
 @pytest.mark.parametrize("least", [1e-4, 1e-7])

@@ -1,6 +1,7 @@
 """Passages: against integration, forward and backward, areas, derivatives, first order in mu."""
 
 import math
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -204,6 +205,16 @@ def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:
     width = float(made.charts[True].forward.width)
     d, chi = np.array([2 * width, 0.0, np.nan]), np.full(3, 1.0)
     assert made.at(H).passage(SectionPoint(True, d, chi)).inside.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_orbits_that_never_leave_have_no_passage(made: ReturnMap, rising: bool) -> None:
+    """A chart puts them where U = 0, or V = 0 backward."""
+    charts = list(made.charts)
+    forward = charts[rising].forward
+    charts[rising] = charts[rising]._replace(forward=forward._replace(values=0 * forward.values))
+    level = replace(made, charts=(charts[0], charts[1])).at(H)
+    assert not level.passage(points(made, rising)).inside.any()
 
 
 @pytest.mark.parametrize("rising", [True, False])

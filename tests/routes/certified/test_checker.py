@@ -19,7 +19,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified import approximation, codes
 from rigidpend.routes.certified.codes import check, prove
-from rigidpend.routes.certified.orbit import OrbitChecker, enclosed
+from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate, check_full_shift, check_intervals
@@ -53,6 +53,8 @@ def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
     less = check(PROBLEM, PHASE, steps[:-1])
     assert less.reason == "the steps end before the last crossing"
     assert len(less.crossings) == 2
+    # What the steps prove beyond the symbols that are asked for is left out.
+    assert check(problem(n_symbols=1), PHASE, steps).crossings == again.crossings[:2]
 
 
 @pytest.mark.slow
@@ -192,7 +194,12 @@ def of_state(
     orbit = approximation.Approximation(mine.numbers.field, list(map(arb, beside)))
     orbit.longest = 2 * half
     step = orbit.step(60)
-    return [lambda: own.take(step), lambda: other.take(check_certificate.Step(*step))]
+
+    def by_package() -> list[ProvenCrossing]:
+        own.take(step)
+        return own.crossings
+
+    return [by_package, lambda: other.take(check_certificate.Step(*step))]
 
 
 @pytest.mark.parametrize("rising", [True, False])
@@ -227,18 +234,37 @@ def test_H4_M3_is_told_at_both_ends_of_a_step(
         assert re.match("H4: .* at an end of", said(of_one))
 
 
+def passing(half: float, rate: float, component: int) -> Callable[[float, Any], Sequence[float]]:
+    """States half a step before one with M3 = 0 and that rate of M3: Qp and the weight turn it."""
+
+    def state(off: float, c: Any) -> Sequence[float]:
+        gamma1 = (rate - c.twist * 0.25) / c.mu_r2
+        middle = np.array([0.5, 0.0, 0.0, gamma1, 0.0, math.sqrt(1 - gamma1**2)])
+        begin = states_at(c, middle, [0.0, -half])[:, -1]
+        return (begin + off * np.eye(6)[component]).tolist()
+
+    return state
+
+
 def test_H4_M3_does_not_touch_zero(monkeypatch: pytest.MonkeyPatch) -> None:
     """In the middle of a step the torques of Qp and of the weight cancel: M3 has no rate there."""
     monkeypatch.setattr(approximation, "CLEAR", 0.0)
-
-    def state(off: float, c: Any) -> Sequence[float]:
-        gamma1 = -c.twist * 0.25 / c.mu_r2
-        middle = np.array([0.5, 0.0, 0.0, gamma1, 0.0, math.sqrt(1 - gamma1**2)])
-        begin = states_at(c, middle, [0.0, -(2.0**-3)])[:, -1]
-        return (begin + off * np.eye(6)[0]).tolist()
-
-    for of_one in of_state(2.0**-3, 1e-6, state):
+    half = 2.0**-3
+    for of_one in of_state(half, 1e-6, passing(half, 0.0, 0)):
         assert said(of_one) == "H4: M3 comes too near zero without crossing it"
+
+
+@pytest.mark.parametrize(("off", "widest"), [(3e-3, 1.4), (-1e-3, 1.5)])
+def test_H5_a_time_may_be_off_by_as_much_as_M3_over_its_least_rate(
+    off: float, widest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rate is 0.1 where the orbit crosses, and another where the polynomials do."""
+    monkeypatch.setattr(approximation, "CLEAR", 0.0)
+    half = 2.0**-4
+    [true], [found] = (of_state(half, x, passing(half, 0.1, 2))[0]() for x in (0.0, off))
+    apart = abs(found.time - true.time)
+    assert true.radius < 1e-12
+    assert apart <= found.radius < widest * apart
 
 
 def test_a_step_goes_forward_along_an_orbit_and_along_those_of_an_interval() -> None:

@@ -113,6 +113,18 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
     assert found.separatrix[:, 0].tolist() == [2, *[0] * n]
 
 
+@pytest.mark.slow
+def test_an_orbit_is_waited_for_from_crossing_to_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In t', though the checker's own unit of M is 2^-10 here, and of time 2^10."""
+    light = Body((2, 1, "3/2"), (1, 1, 0), "1e-9")
+    of = RouteProblem(light, exact("1.3342e-6"), exact("1e-11"), 1), exact("5/4"), 60
+    times = [0.0, *(each.time for each in codes.prove(*of).crossings)]
+    for share, reason in ((1.01, ""), (0.9, "no crossing within t'")):
+        limit = share * float(np.diff(times).max())
+        monkeypatch.setattr(codes, "passage_limit", lambda *_, limit=limit: limit)
+        assert codes.prove(*of).reason.partition(" = ")[0] == reason
+
+
 def test_a_start_next_to_J2_is_enclosed_in_as_many_bits_as_that_takes() -> None:
     """Of J2_0 - J1_0, 1e-60 of J2_0 = 1 here, a root is taken: rounded, it may be negative."""
     of = RouteProblem(BODY, exact("2/3"), exact("1 - 1/10**60"), 1)

@@ -54,20 +54,24 @@ STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fr
         # One edge is beyond an end, and the other one is not.
         (1.5, 0.5 + BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
         (1.5, -0.5 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (-1.5, 0.5 + BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (-1.5, -0.5 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
         (1 + BARELY, 0.0, 1 + BARELY, 1 - BARELY, "C6: the image"),
         (1 + BARELY, 0.0, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
     ],
 )
+@pytest.mark.parametrize("which", range(3), ids=["Q", "gamma1", "gamma2"])
 def test_C6_images_lie_across_a_set(
-    ends: float, aside: float, across: float, sheet: float, reason: str
+    ends: float, aside: float, across: float, sheet: float, reason: str, which: int
 ) -> None:
-    """U = ends u + aside and V = across v, at all energies."""
+    """U = ends u + aside and V = across v, at all energies; one coordinate may be off its sheet."""
     a, b, l0, l1 = (float(x) for x in STRAIGHT[1:5])
     off = a * aside
     d = {(0, 1, 0, 0): 2 * a * ends, (0, 0, 0, 1): 2 / 4, (0, 0, 0, 0): 2 * off}
     g = {(0, 1, 0): 2 * a * ends / l1, (0, 0, 1): -2 * b * across / l1}
     g |= {(0, 0, 0): 2 * (off - l0) / l1}
-    box, begin = [arb(1 + sheet * ALONE), arb(0.5), arb(0.5)], [arb(1), arb(0.5), arb(0.5)]
+    box, begin = [arb(1), arb(0.5), arb(0.5)], [arb(1), arb(0.5), arb(0.5)]
+    box[which] += sheet * ALONE
     source, other = offered.arrived([offered.whole(d), offered.whole(g)], box)
     agree(
         reason,
@@ -236,14 +240,18 @@ def test_sets_of_a_symbol_are_apart(stored: Stored, factor: float, reason: str, 
 @pytest.mark.slow
 def test_a_line_comes_to_the_sets_by_those_between(stored: Stored, followed: None) -> None:
     """Each covers the next, the last one the sets of its section; the line has no symbol."""
-    before, orbits = [stored.quads[0], stored.quads[2]], stored.orbits
-    links: Any = list(zip((stored.line, *before), (orbits[4], orbits[0], orbits[2]), strict=True))
+    before, orbits = stored.quads[1:3], stored.orbits
+    links: Any = list(zip((stored.line, *before), (orbits[4], *orbits[1:3]), strict=True))
     end, crossed, symbols = coverings.prove_line(
         stored.numbers, links, stored.quads, stored.arrivals
     )
     assert end is stored.arrivals[2]
     assert [one.target for one in crossed] == [0, 1]
-    assert symbols == [stored.arrivals[0].right, stored.arrivals[2].right]
+    assert symbols == [True, False] == [each.right for each in stored.arrivals[1:3]]
+    assert not stored.arrivals[4].right
+    empty = [links[0], (links[1][0], []), links[2]]
+    doubt = said(coverings.prove_line, stored.numbers, empty, stored.quads, stored.arrivals)
+    assert doubt.startswith("line of starts: C6: the next set")
     # One that is not crossed, and one that is not covered by the one before.
     one = [step(x) for x in orbits[0][:1]]
     steps = [*([one] * 4), *([step(x) for x in pieces[:1]] for _, pieces in links)]

@@ -16,7 +16,7 @@ from flint import arb
 from rigidpend import Body
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.experiments.full_shift import proof
+from rigidpend.experiments.full_shift import outlines, proof
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import (
@@ -203,16 +203,30 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
 
 @pytest.mark.slow
 def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
-    """U and V of what is drawn, less the mean curve, are -1 and 1 all around each set."""
+    """U and V of what is drawn, less the mean curve, are -1 and 1 all around each set.
+
+    Images lie across the sets of the other section, and the line's across those of the upward one.
+    """
     drawn = found.data["drawn"]
-    np.testing.assert_allclose(drawn["d"][:, -1], drawn["d"][:, 0], rtol=1e-9)
-    for quad, chi, d in zip(found.quads, drawn["chi"], drawn["d"], strict=True):
+
+    def sizes(quad: Any, chi: Any, d: Any) -> tuple[Any, Any]:
         g, alike = -np.sin(chi), [x for x in found.quads if x.rising == quad.rising]
         mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
         off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p, dtype=float))
-        U = off / float(quad.a)
         V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
-        np.testing.assert_allclose(np.maximum(abs(U), abs(V)), 1, atol=1e-6)
+        return abs(off / float(quad.a)), abs(V)
+
+    np.testing.assert_allclose(drawn["d"][:, -1], drawn["d"][:, 0], rtol=1e-9)
+    edges = np.arange(4 * outlines.SIDE) // outlines.SIDE % 2 == 1
+    images = zip(drawn["image_chi"], drawn["image_d"], strict=True)
+    across = [(x.rising, edges, *image) for x, image in zip(found.quads, images, strict=True)]
+    across.append((False, slice(None, None, outlines.SIDE - 1), drawn["line_chi"], drawn["line_d"]))
+    for quad, chi, d in zip(found.quads, drawn["chi"], drawn["d"], strict=True):
+        np.testing.assert_allclose(np.maximum(*sizes(quad, chi, d)), 1, atol=1e-6)
+        for rising, ends, *image in across:
+            if rising != quad.rising:
+                U, V = sizes(quad, *image)
+                assert U[ends].min() > 1 > V.max()
 
 
 def test_longer_passages_ask_for_more_bits(monkeypatch: pytest.MonkeyPatch) -> None:
