@@ -197,7 +197,7 @@ class Maps:
 
     @property
     def last(self) -> int:
-        """Which map makes the sharpest computation that decides symbols: 0 the first, 1 the second.
+        """The map of the sharpest computation that decides symbols: 0 the first, 1 the second.
 
         In doubles alone, it is the second one.
         """
