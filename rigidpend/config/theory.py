@@ -9,8 +9,6 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
 from rigidpend.config.description import Row, derived_rows, number_row
 from rigidpend.mechanics import floquet, in_space
 from rigidpend.mechanics.body import Angles, Body
@@ -20,6 +18,9 @@ from rigidpend.numbers.exact import Exact, context, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
+
+BITS = 113
+"""Precision of what follows from the first order in closed form, before it is rounded."""
 
 
 def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
@@ -39,7 +40,7 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
         *derived_rows(body),
         number_row("h0", "energy constant, kappa J2_0^2/2", energy),
         number_row("J2_0", "initial |M|, dimensionless", J2_0),
-        *_first_order(p, float(energy), J2_0),
+        *_first_order(problem),
         *(_zeros(problem) if J1_0 is not None else ()),
         Row("regime", regime.name, f"of (trieq): separatrices by increment, {regime}"),
         number_row(
@@ -60,14 +61,14 @@ def of(problem: Any) -> list[Row]:
     return rows(body, h0, getattr(problem, "J1_0", None))
 
 
-def _first_order(p: Angles, h0: float, J2_0: float) -> Iterator[Row]:
+def _first_order(problem: RouteProblem) -> Iterator[Row]:
+    # A large nu's rounding grows in amplitudes, which may be far below all doubles, but not zero.
+    m, p, J2_0 = context(BITS), problem.body.angles(BITS), problem.J2_0(BITS)
+    h0 = problem.h0.in_context(m)
     for epsilon, beside in ((1, "2 and 4"), (-1, "1 and 3")):
         meaning = f"rad, largest swing of theta1 beside separatrices {beside}, to O(mu)"
-        yield number_row(f"Delta_1({epsilon:+d})", meaning, Delta_1(p, h0, epsilon, np))
-    # In numbers without a least exponent: amplitudes may be far below all doubles, but not zero.
-    m = context(53)
-    wide = Angles(*map(m.mpf, p))
-    amplitudes = [melnikov.amplitude(n, m.mpf(J2_0), wide, m) for n in SEPARATRICES]
+        yield number_row(f"Delta_1({epsilon:+d})", meaning, Delta_1(p, h0, epsilon, m))
+    amplitudes = [melnikov.amplitude(n, J2_0, p, m) for n in SEPARATRICES]
     written = ", ".join(repr(float(x)) if float(x) or not x else m.nstr(x, 3) for x in amplitudes)
     meaning = "of cos(delta + theta2_0), separatrices 1 to 4"
     row = number_row("Melnikov amplitude", meaning, *map(float, amplitudes))

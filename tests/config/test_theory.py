@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -82,6 +83,24 @@ def test_melnikov_s_amplitude_is_zero_in_the_hess_case_alone() -> None:
     assert [x.removeprefix("-") for x in hess[1::2]] == [hess[3]] * 2
     nearly_round = written(Body((2, "1.999999", "1.9999995"), (1, 1, 0), "0.001"))
     assert nearly_round == ["-1.3e-2728755", "-1.04e-2728748", "1.3e-2728755", "1.04e-2728748"]
+
+
+def test_figures_of_the_first_order_are_those_of_long_numbers_rounded_once() -> None:
+    """Those of a nearly symmetric body, whose nu is 43: its rounding grows in the amplitudes."""
+    found = numbers(Body((2, "1.38", "1.41"), ("0.05", 1, 0), "0.012"), "2.91")
+    with mpmath.workdps(40):
+        A2, A3, mu, h0 = map(mpmath.mpf, ("1.38", "1.41", "0.012", "2.91"))
+        alpha0 = 2 * mpmath.atan(mpmath.sqrt(2 * (A3 - A2) / (A2 * (2 - A3))))
+        beta0, kappa = 2 * mpmath.atan(20), 2 * A2 / (A3 * (2 - A2))
+        nu, J2_0 = mpmath.pi * kappa / mpmath.sin(alpha0), mpmath.sqrt(2 * h0 / kappa)
+        lean = [mpmath.sin((beta0 + sign * alpha0) / 2) for sign in (-1, 1)]
+        first, second = (2 / (kappa * J2_0) * nu / mpmath.sinh(nu) * x for x in lean)
+        # A forced swing of the decay u = J2_0 sin(alpha0) and the frequency kappa J2_0.
+        speed = J2_0**2 * mpmath.hypot(mpmath.sin(alpha0), kappa)
+        swings = [float(2 * mu * abs(x) / speed) for x in lean[::-1]]
+        expected = [float(x) for x in (first, -second, -first, second)]
+    assert found["Melnikov amplitude"] == expected
+    assert [found["Delta_1(+1)"], found["Delta_1(-1)"]] == swings
 
 
 def test_what_is_not_hyperbolic_or_not_resolved_is_said_to_be_so() -> None:

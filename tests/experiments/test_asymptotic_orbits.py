@@ -10,7 +10,7 @@ import pytest
 from rigidpend.experiments.asymptotic_orbits.draw import address, phase_text
 from rigidpend.experiments.plots import decimals
 from rigidpend.routes.codes import route_codes
-from rigidpend.routes.symbolic import NoOrbit, asymptotic
+from rigidpend.routes.symbolic import NoOrbit
 from tests.bodies import FIG4
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
@@ -33,14 +33,6 @@ def test_a_bound_on_half_rotations_that_no_orbit_keeps_is_said() -> None:
     # With the body of Fig. 4 orbits with two symbols have, and none with one.
     with pytest.raises(NoOrbit, match=r"no orbit with 1 symbol has only .* = 9 half rotations:"):
         computed(asked("asymptotic_orbits", *SMALL, "problem.half_turns=9"))
-
-
-def test_a_bound_on_half_rotations_beyond_what_samples_reach_is_said(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(asymptotic, "WIDENINGS", 0)
-    with pytest.raises(NoOrbit, match=r"allow fewer than half_turns = 10 half rotations$"):
-        computed(asked("asymptotic_orbits", *SMALL))
 
 
 def test_all_is_as_it_is_stored_but_the_plane(data: Any) -> None:

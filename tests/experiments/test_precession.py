@@ -96,3 +96,18 @@ def test_increments_are_not_called_none_where_weights_are_too_few_for_a_slope() 
     # Only the Hess case, along separatrices 1 and 3.
     assert said == [[], [], ["iii) no increment: rounding"], []]
     assert tables(loaded)[1].rows[0][2:] == ("not fitted", "not fitted")
+
+
+def test_a_slope_that_is_not_fitted_is_told_in_words() -> None:
+    told: list[str] = []
+    computed(asked("precession", *SMALL), report=told.append)
+    slopes = [line.partition("remainder ")[2].split(", ") for line in told]
+    assert [[slope == "not fitted" for slope in each] for each in slopes] == [
+        [False] * 4,
+        [False] * 4,
+        # The Hess case has no remainder along 1 and 3.
+        [True, False, True, False],
+        [False] * 4,
+        [False] * 4,
+    ]
+    assert "nan" not in " ".join(told)

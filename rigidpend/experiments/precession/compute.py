@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable
 from functools import partial
 
@@ -63,7 +64,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         np.array([shared.slope(ratio, values, error / SLOPE) for values in rest.T])
         for rest in rests.values()
     )
-    slopes = ", ".join(f"{x:.3f}" for x in slope)
+    slopes = ", ".join("not fitted" if math.isnan(x) else f"{x:.3f}" for x in slope)
     means.report(f"{name}: {order}, slopes of the remainder {slopes}")
     return {
         "alpha0": bodies[0].alpha0,

@@ -33,6 +33,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.wording import counted
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.records import columns, joined
 from rigidpend.orbits.return_map import SectionPoint
@@ -150,8 +151,11 @@ class _Arcs:
             if self._sampled(reach):
                 return
             reach = math.ceil(1.3 * reach)
-        said = "the samples of an arc end before its passages are long enough"
-        raise NoOrbit(f"{said}: allow fewer than half_turns = {half_turns} half rotations")
+        raise NoOrbit(
+            f"doubles do not tell apart orbits with {counted(n, 'symbol')} and passages of up to"
+            f" half_turns = {half_turns} half rotations: allow {self.reached - 2} at most, or fewer"
+            " symbols"
+        )
 
     def _sampled(self, reach: int) -> bool:
         """Sample the arcs; True if the samples reach far enough towards the ends."""
@@ -166,7 +170,11 @@ class _Arcs:
         # The last passage may take one half rotation more: its zero ends the last wanted arc.
         before = self.inside & (turns[:-1] <= self.most_turns).all(axis=0)
         self.wanted = before & (turns[-1] <= self.most_turns + 1)
-        return not self.wanted[:, [0, -1]].any()
+        ends = [0, -1]
+        short = self.wanted[:, ends]
+        # The fewest half rotations at an end: with two fewer as a bound, no end is wanted.
+        self.reached = turns[-1][:, ends][short].min(initial=self.most_turns + 1)
+        return not short.any()
 
     def zeros(self) -> tuple[Track, Mask, Mask]:
         """The zeros of U that bound arcs with few half rotations somewhere, in their order.
@@ -299,7 +307,10 @@ def doubly_asymptotic(level: ChainLevel, rough: Track) -> DoublyAsymptotic:
     if moved > MOVED:
         split = level.narrowest(system.signs)
         check_split(level, displaced(level, chain.unknowns, split), split)
-        raise NoOrbit(f"an orbit with {n} symbols is found elsewhere: it moved by {moved:.2g}")
+        raise NoOrbit(
+            f"an orbit with {counted(n, 'symbol')} is found elsewhere, by {moved:.2g}: allow fewer"
+            " half rotations of its passages, or fewer symbols"
+        )
     arrival = level.arriving(np.zeros_like(rough.b), chain.parameter)
     # Growth of theta3 from the periodic orbit to the first crossing. That past the lower orbit is
     # read off the table of the upper one, at the angle of the reversed orbit.

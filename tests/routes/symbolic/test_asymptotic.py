@@ -199,6 +199,19 @@ def test_homoclinic_orbits_tend_to_the_periodic_orbit_at_the_floquet_rate() -> N
         assert (off < 2 * distance[:-1] ** 2 + 1e-12).all()
 
 
+def test_orbits_that_doubles_do_not_tell_apart_are_refused_and_found_as_the_remedy_says() -> None:
+    thin = ChainLevel.of(Body(A=BODY.A, r=BODY.r, mu="1e-12"), exact(H))
+    for n, symbols in ((48, 1), (100, 1), (48, 2)):
+        with pytest.raises(NoOrbit, match=r"allow 47 at most, or fewer symbols$"):
+            skeleton(thin, symbols, n)
+    # Each half rotation more is two more places where a symbol may end, on both sides.
+    found = [len(skeleton(thin, 1, n)[1][0].b) for n in (30, 31, 47)]
+    assert found == [6, 10, 74]
+    with pytest.raises(NoOrbit, match="allow fewer half rotations of its passages, or fewer sym"):
+        doubly_asymptotic(thin, skeleton(thin, 2, 40)[2][0])
+    assert len(doubly_asymptotic(thin, skeleton(thin, 2, 36)[2][0]).b) > 100
+
+
 def test_an_orbit_that_is_elsewhere_is_refused() -> None:
     found = orbits(1)
     with pytest.raises(NoOrbit, match="rad from where the map has it"):
