@@ -86,7 +86,7 @@ def test_melnikov_s_amplitude_is_zero_in_the_hess_case_alone() -> None:
 
 
 def test_figures_of_the_first_order_are_those_of_long_numbers_rounded_once() -> None:
-    """Those of a nearly symmetric body, whose nu is 43: its rounding grows in the amplitudes."""
+    """Those of a nearly symmetric body: the rounding of its large nu grows in the amplitudes."""
     found = numbers(Body((2, "1.38", "1.41"), ("0.05", 1, 0), "0.012"), "2.91")
     with mpmath.workdps(40):
         A2, A3, mu, h0 = map(mpmath.mpf, ("1.38", "1.41", "0.012", "2.91"))
