@@ -171,9 +171,10 @@ ATTACKS: dict[str, tuple[Any, ...]] = {
     "samples far away": (filled("data/case1/wound", 2**62),),
     "offsets": (filled("data/bodies/a/S1_minus/offsets", 2**62), "fig3"),
     "no symbols, and phases all the same": (
-        together(filled("data/left/codes", 77), filled("data/right/theta2_0", 0)),
+        together(filled("data/left/codes", 255), filled("data/right/theta2_0", 0)),
         "fig4",
     ),
+    "codes that are none": (filled("data/left/codes", 77), "fig4"),
     "zoom by nothing": (
         together(alone("data/levels", "level00"), filled("data/levels/level00/step", 0)),
         "fig4_zoom",

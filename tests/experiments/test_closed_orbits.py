@@ -56,7 +56,7 @@ def test_passages_too_long_for_doubles_are_refused_with_how_long_they_may_be(
     orbits = computed(asked("closed_orbits", *short, f"problem.half_turns={most}"))["orbits"]
     assert orbits["alone"].max() < 1e-3
     with pytest.raises(NoOrbit, match="takes so long"):
-        closing(closed_orbit(BODY, "0", h="1.3342", half_turns=most + 2))
+        closing(closed_orbit(BODY, "0", h="1.3342", half_turns=most + 4))
 
 
 def test_an_orbit_that_integration_leaves_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
