@@ -75,9 +75,8 @@ class Parts:
         """The parts in order, each by :meth:`keep`; many parts are computed by processes."""
         self._make_room()
         missing = [piece for piece in pieces if not self.has(piece.name)]
-        apart = worth_processes(len(missing), jobs)
-        made = ahead(_computed, missing, jobs) if apart else map(_computed, missing)
-        names = {piece.name for piece in missing}
+        apart = missing if worth_processes(len(missing), jobs) else []
+        made, names = ahead(_computed, apart, jobs), {piece.name for piece in apart}
         for piece in pieces:
             # A part that another run has stored meanwhile is the same.
             again = [next(made)].pop if piece.name in names else partial(_computed, piece)

@@ -177,7 +177,7 @@ def run(
         if away and not experiments.in_pieces(config.experiment):
             [data] = pieces([Piece("whole", compute, (content, Means(arithmetic)))])
         else:
-            means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces)
+            means = Means(arithmetic, 1 if away else jobs, tell, pieces)
             data = compute(content, means)
         layout = experiments.layout(config.experiment)
         # Data that come in blocks are computed now.
