@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.config.catalogue import RESULTS, resolve
+from rigidpend.config.catalogue import RESULTS, resolve, with_remedy
 from rigidpend.config.complaints import Origin
 from rigidpend.machine.wording import Table, columns
 from rigidpend.numbers import checked
@@ -149,7 +149,6 @@ def load(source: Path | str) -> StoredResult:
         The source is no path; or there is no such file, or it cannot be read.
     """
     from rigidpend.results import store
-    from rigidpend.runs import remedies
 
     path = checked.path("source", source)
     if path.suffix != ".h5":
@@ -157,7 +156,7 @@ def load(source: Path | str) -> StoredResult:
     try:
         return StoredResult(path, store.load(path))
     except store.StoreError as error:
-        raise type(error)(remedies.told(error)) from None
+        raise type(error)(with_remedy(error)) from None
 
 
 def run(
