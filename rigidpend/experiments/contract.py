@@ -41,6 +41,7 @@ results are compared by it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidpend.experiments.data import Tree
@@ -65,10 +66,9 @@ class Piece(NamedTuple):
     """A function at the top level of a module, so that it can be pickled."""
     arguments: tuple[Any, ...]
 
-
-def compute_in_order(pieces: Sequence[Piece]) -> Iterator[Tree]:
-    """Compute parts one after the other, without checkpoints."""
-    return (piece.work(*piece.arguments) for piece in pieces)
+    def compute(self) -> Tree:
+        """Compute the part, without a checkpoint."""
+        return self.work(*self.arguments)
 
 
 class Means(NamedTuple):
@@ -80,7 +80,7 @@ class Means(NamedTuple):
     """Number of threads or processes at a time."""
     report: Callable[[str], None] = tell_nobody
     """Receiver of lines of progress."""
-    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
+    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(map, Piece.compute)
     """Checkpoints: gives the trees of pieces in their order, each stored for an interrupted run.
 
     Other machines may compute them."""

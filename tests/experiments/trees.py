@@ -52,7 +52,7 @@ def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
         for piece in several:
             if parts is not None:
                 parts.append(piece.name)
-            yield unpacked(packed(piece.work(*piece.arguments)))
+            yield unpacked(packed(piece.compute()))
 
     means = {"arithmetic": resolve(**given.numerics_asked), "pieces": pieces, **means}
     found = experiments.computation(given.experiment).compute(given, Means(**means))
