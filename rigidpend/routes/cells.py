@@ -15,8 +15,8 @@ from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body, BodyError, direction
 from rigidpend.numbers.exact import exact, function
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits import columns, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.records import columns, joined
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols

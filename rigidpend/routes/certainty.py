@@ -35,11 +35,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.numbers.checked import GAP_BITS
-from rigidpend.orbits import M_UNITS
+from rigidpend.orbits import M_UNITS, joined, put
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.records import columns as columns_of
-from rigidpend.orbits.records import joined, put
 from rigidpend.routes.start import Scales
 
 FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = (

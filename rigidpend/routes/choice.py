@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.orbits.records import put
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols

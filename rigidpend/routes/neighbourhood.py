@@ -20,11 +20,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
+from rigidpend.orbits import joined
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, rung
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
-from rigidpend.orbits.records import joined
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, routes_of
 from rigidpend.routes.cycle import symbols

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, Arithmetic, in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.records import columns as columns_of
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided, Work
 from rigidpend.routes.costs import RUNGS, fits

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
-from rigidpend.orbits.records import columns as columns_of
 from rigidpend.orbits.return_map import ReturnMap
 from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS, FIRST
 from rigidpend.orbits.return_map.program import Program

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.wording import counted
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.records import columns, joined
+from rigidpend.orbits import columns, joined
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import (
