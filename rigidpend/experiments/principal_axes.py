@@ -93,7 +93,7 @@ def integrator(
     return hy.taylor_adaptive(
         list(zip(names, field(A, r, mu)(names), strict=True)),
         [kind(0)] * size,
-        pars=[typed(context(bits).mpf(x.in_context(m)), kind) for x in numbers],
+        pars=[typed(context(bits).mpf(x.at(m.prec)), kind) for x in numbers],
         time=kind(0),
         fp_type=kind,
         tol=kind(2.0 ** (1 - bits)),
@@ -120,14 +120,14 @@ def initial(problem: RouteProblem, theta2_0: Any, bits: int = 53) -> list[list[A
     once; each theta2_0 is exact.
     """
     m = context(bits + GUARD_BITS)
-    p, A = problem.body.angles(bits + GUARD_BITS), [x.in_context(m) for x in problem.body.A]
-    J1, J2 = problem.J1_0.in_context(m), m.mpf(problem.J2_0(bits + GUARD_BITS))
+    p, A = problem.body.angles(bits + GUARD_BITS), [x.at(m.prec) for x in problem.body.A]
+    J1, J2 = problem.J1_0.at(m.prec), m.mpf(problem.J2_0(bits + GUARD_BITS))
     p_pair = ((2 * J1 - J2) / J2, 2 * m.sqrt(J1 * (J2 - J1)) / J2)
     sinl, cosl = m.sin(p.alpha0 / 2), m.cos(p.alpha0 / 2)
     M = momentum(J2 / scale(A, m), *p_pair, sinl, cosl)
     found = []
     for theta2 in theta2_0:
-        g = (p.alpha0 + p.beta0) / 2 + theta2.in_context(m)
+        g = (p.alpha0 + p.beta0) / 2 + theta2.at(m.prec)
         gamma = vertical(p_pair, (m.mpf(0), m.mpf(1)), (m.sin(g), m.cos(g)), (sinl, cosl))
         found.append([context(bits).mpf(x) for x in (*M, *gamma)])
     return found

@@ -152,10 +152,6 @@ class Exact:
             raise ExactError(f"{shown(self.text)}: beyond 2**{MOST_SIZE} or its inverse")
         return value
 
-    def in_context(self, m: MPContext) -> Any:
-        """The value in the precision of the context `m`."""
-        return self.at(m.prec)
-
     def __float__(self) -> float:
         if self.fraction is None:
             return float(self.at(113))

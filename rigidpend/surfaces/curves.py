@@ -137,7 +137,7 @@ def times(problem: RouteProblem) -> Array:
     rate = exponent(J2, problem.body.angles(), math)
     # A J1_0 below all doubles has a logarithm.
     m = context(53)
-    whole = 2 * float(m.log(J2 / problem.J1_0.in_context(m) - 1)) / rate
+    whole = 2 * float(m.log(J2 / problem.J1_0.at(53) - 1)) / rate
     steps = math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
     return np.linspace(0, whole, steps + 1)
 

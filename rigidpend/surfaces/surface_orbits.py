@@ -66,7 +66,7 @@ def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSu
     """
     p = body.angles(bits + GUARD_BITS)
     side = {2: 1, 1: -1}[separatrix]
-    return UnstableSurface(p._replace(beta0=side * p.beta0), h0.in_context(numbers(bits)), bits)
+    return UnstableSurface(p._replace(beta0=side * p.beta0), h0.at(bits + GUARD_BITS), bits)
 
 
 def numbers(bits: int) -> Any:
