@@ -93,8 +93,6 @@ Columns: TypeAlias = NDArray[np.intp]
 """Indices of some of the orbits."""
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 """Computation of some columns in a precision (bits) and scales."""
-Third: TypeAlias = Callable[[Columns], Crossings]
-"""Third computation of some columns in a precision."""
 MostComputations: TypeAlias = Callable[[int], int]
 """Largest number of computations in a precision (bits)."""
 Work: TypeAlias = Callable[[Columns], Decided]
@@ -181,8 +179,7 @@ def decide(
             certain = np.zeros((len(only.time) - 1, columns.size), dtype=bool)
             return _decided(only, certain, least)
         first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
-        third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
-        certain = _established(first, second, rate, third, columns)
+        certain = _established(first, second, rate, count, compute, least, columns)
         return _decided(second, certain, least)
 
     pieces = share(settle, np.arange(n), least)
@@ -236,8 +233,7 @@ def _further(
             limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
             certain = agreement(before, sharper, rate, limit)
         else:
-            third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
-            certain = _established(before, sharper, rate, third, columns[open_])
+            certain = _established(before, sharper, rate, count, compute, bits, columns[open_])
         put(known, open_, _decided(sharper, certain, bits))
     return known
 
@@ -249,14 +245,20 @@ def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided
 
 
 def _established(
-    a: Crossings, b: Crossings, rate: float, third: Third | None, columns: Any
+    a: Crossings,
+    b: Crossings,
+    rate: float,
+    count: int,
+    compute: Compute,
+    bits: int,
+    columns: Columns,
 ) -> NDArray[np.bool_]:
-    """Mask of the symbols that two computations of equal precision establish, with a third or not.
+    """Mask of the symbols that two computations of equal precision establish, or `count` = 3.
 
     The third computation is made only for columns in which it can establish a further symbol.
     """
     found = agreement(a, b, rate, LIMIT_OF_TWO)
-    if third is None:
+    if count < 3:
         return found
     # The last symbol is certain only if all are.
     left = np.flatnonzero(~found[-1])
@@ -265,7 +267,7 @@ def _established(
     some = (near & ~found[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:
-        c = third(columns[doubtful])
+        c = compute(bits, THIRD_SCALES, columns[doubtful])
         for each in (a, b):
             # The third must agree with both.
             near &= agreement(columns_of(each, doubtful), c, rate, LIMIT_OF_THREE)
