@@ -25,7 +25,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN, momentum, scale, vertical
 from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.free_body import separatrix_theta1
-from rigidpend.numbers.exact import GUARD_BITS, context, exacts
+from rigidpend.numbers.exact import GUARD_BITS, context, exact
 from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem, passage_limit
@@ -149,7 +149,7 @@ def codes(
     body = problem.body
     # In physical time, t = t'/s.
     limit = passage_limit(problem, bits) / float(scale(body.floats()[0]))
-    states = np.array(initial(problem, exacts(phases), bits), dtype=object)
+    states = np.array(initial(problem, map(exact, phases), bits), dtype=object)
     given = body, problem.n_symbols + 1, limit, bits
     found = side_by_side(_angles, given, True, spread(states, jobs, axis=0), jobs)
     theta1 = np.concatenate(found, axis=1)

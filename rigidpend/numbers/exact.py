@@ -12,7 +12,7 @@ import functools
 import math
 import numbers
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -278,11 +278,6 @@ def _node(node: ast.expr, source: str) -> Exact:
             return function(name, _node(inner, source))
     part, known = ast.get_source_segment(source, node) or source, ", ".join(FUNCTIONS)
     raise ExactError(f"{shown(part)!r} is not understood (known: numbers, pi, + - * / **, {known})")
-
-
-def exacts(values: Iterable[Any]) -> list[Exact]:
-    """Take several numbers exactly: :func:`exact` of each."""
-    return [exact(value) for value in values]
 
 
 def function(name: str, x: Exact) -> Exact:
