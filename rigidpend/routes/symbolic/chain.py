@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_banded
@@ -72,9 +72,6 @@ LONGEST_WAIT = 4.0
 
 class NoOrbit(ArithmeticError):
     """Error: no orbit has the address in the range of the map; the message gives the reason."""
-
-
-Begin: TypeAlias = Callable[[Any], Arrival]
 
 
 def on_surface(b: Any, I: float = 0.0) -> Arrival:
@@ -165,7 +162,7 @@ class System(NamedTuple):
     """
 
     level: ChainLevel
-    begin: Begin | None
+    begin: Callable[[Any], Arrival] | None
     """The passage before the first; None for a closed orbit, where it is the last one."""
     signs: Signs
     """(n,) or (n, N), the signs of I."""
