@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -32,32 +33,26 @@ MARGIN_BITS = 16
 """Bits below the last bit of a difference at which its square may be left out."""
 
 
+@dataclass(eq=False)
 class Walk:
-    """Orbits that are followed beside a reference orbit.
+    """Orbits that are followed beside a reference orbit."""
 
-    `differences`, (6, n), are their states at time 0 less that of the reference; `shifts`, (n,),
-    are the same to first order, as multiples of the reference's tangent. `passage_limit` is the
-    longest wait for the next crossing, t', of an orbit that is followed alone. `tolerance` is the
-    local tolerance of the series.
-    """
+    reference: ReferenceOrbit
+    differences: Array
+    """(6, n), the states at time 0 less that of the reference."""
+    shifts: Array
+    """(n,), the same to first order, as multiples of the reference's tangent."""
+    n_crossings: int
+    passage_limit: float
+    """Longest wait for the next crossing, t', of an orbit that is followed alone."""
+    tolerance: float
+    """Local tolerance of the series."""
 
-    def __init__(
-        self,
-        reference: ReferenceOrbit,
-        differences: Array,
-        shifts: Array,
-        *,
-        n_crossings: int,
-        passage_limit: float,
-        tolerance: float,
-    ) -> None:
-        self.reference, self.differences, self.shifts = reference, differences, shifts
-        self.n_crossings, self.passage_limit = n_crossings, passage_limit
-        self.tolerance = tolerance
-        n = len(shifts)
+    def __post_init__(self) -> None:
+        n = len(self.shifts)
         self.columns, self.count = np.arange(n), np.zeros(n, dtype=np.intp)
         """Orbits that are still beside; and of all orbits the number of crossings."""
-        self.found, self.rows = no_crossings(n_crossings, n), list[tuple[int, float, int]]()
+        self.found, self.rows = no_crossings(self.n_crossings, n), list[tuple[int, float, int]]()
         """The record, into which :func:`written` writes the rows: orbit, time, separatrix."""
         self.departed = np.full(n, np.nan)
         """t' at which each orbit has left the reference; NaN while it has not."""
