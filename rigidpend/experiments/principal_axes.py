@@ -24,10 +24,9 @@ from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN, momentum, scale, vertical
 from rigidpend.mechanics.equations import euler_poisson
-from rigidpend.mechanics.free_body import separatrix_theta1
+from rigidpend.mechanics.free_body import separatrix_theta1, symbols
 from rigidpend.numbers.exact import GUARD_BITS, context, exact
 from rigidpend.numbers.generic import Array, Scalar
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem, passage_limit
 
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run, in_pieces
 from rigidpend.routes.start import Scales

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
 from rigidpend.orbits import joined
 from rigidpend.orbits.integrate import Crossings
@@ -28,7 +29,6 @@ from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, routes_of
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import Run, tolerance_of

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import solve_banded
 
+from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
@@ -27,7 +28,6 @@ from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.levels import (
     Arrival,

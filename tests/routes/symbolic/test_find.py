@@ -13,12 +13,12 @@ import pytest
 
 from rigidpend import Body, address_of, find_orbit, route_codes
 from rigidpend.mechanics import in_space
+from rigidpend.mechanics.free_body import TURNS, symbols
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.passage import SectionPoint
-from rigidpend.routes.cycle import TURNS, symbols
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, legs, shortest
