@@ -21,8 +21,8 @@ from rigidpend.mechanics.equations import (
     euler_poisson,
 )
 from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograph, turning_rate
+from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import Exact, context, exact, fraction
-from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision

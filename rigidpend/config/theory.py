@@ -14,8 +14,8 @@ from rigidpend.mechanics import floquet, in_space
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.free_body import SEPARATRICES
 from rigidpend.mechanics.pendulum import Delta_1
+from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import Exact, context, exact
-from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 

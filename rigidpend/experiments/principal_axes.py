@@ -25,8 +25,8 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN, momentum, scale, vertical
 from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.free_body import separatrix_theta1, symbols
+from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, context, exact
-from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.routes.problem import RouteProblem, passage_limit
 
 

@@ -26,8 +26,8 @@ from rigidpend.mechanics.coordinates import (
     canonical_from_andoyer,
 )
 from rigidpend.mechanics.equations import eq1
+from rigidpend.numbers import Elementary, Numbers, Scalar
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 SEPARATRICES = (1, 2, 3, 4)
 """Numbers of the separatrices; 2 and 4 are the halves of one circle, 1 and 3 of the other."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body, BodyError, direction
 from rigidpend.mechanics.free_body import symbols
+from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import exact, function
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import columns, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice

@@ -13,8 +13,8 @@ from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.floquet import NotHyperbolic, periodic_orbit
 from rigidpend.mechanics.free_body import exponent
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import Exact, context, exact, function
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double

@@ -26,8 +26,8 @@ from rigidpend.mechanics.free_body import (
     theta1,
     v,
 )
+from rigidpend.numbers import Elementary, Numbers, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, context
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes import herpolhode

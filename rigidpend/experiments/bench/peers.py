@@ -25,7 +25,7 @@ from rigidpend.experiments.bench.problems import Crossed, Task, flat, time_unit
 from rigidpend.experiments.principal_axes import beside, euler_poisson_field, heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import separatrix_theta1, symbols
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.codes import codes_of

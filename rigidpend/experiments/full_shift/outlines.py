@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rigidpend.experiments.full_shift.proof import Proven
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.routes.certified import sections
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import Quad

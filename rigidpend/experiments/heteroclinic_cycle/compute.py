@@ -12,8 +12,8 @@ from rigidpend.experiments.heteroclinic_cycle import GROUPS, START
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, TURNS, direction, separatrix_theta1
+from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Array
 
 
 def compute(config: Config, means: Means) -> Tree:

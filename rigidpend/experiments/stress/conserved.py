@@ -28,7 +28,7 @@ from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
 from rigidpend.mechanics.free_body import MIRRORED
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.orbits.integrate.states import states_at

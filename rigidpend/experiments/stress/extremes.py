@@ -17,8 +17,8 @@ from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.roundings import DEVIATIONS, compared
 from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits, in_turn, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.batch import written

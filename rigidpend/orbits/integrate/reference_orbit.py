@@ -28,8 +28,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_along
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits import joined
 from rigidpend.orbits.integrate import Crossings, Orbits, in_turn, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS, in_kernel, rung

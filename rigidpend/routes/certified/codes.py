@@ -20,10 +20,9 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import check_stop, side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import symbols
-from rigidpend.numbers import checked
+from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL, words
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import alone

@@ -16,8 +16,8 @@ from flint import arb
 from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, exact
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision

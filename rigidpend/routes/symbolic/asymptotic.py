@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.machine.wording import counted
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits import columns, joined
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import cells_of

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from rigidpend.mechanics.free_body import symbols
-from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.numbers import Array, Numbers, Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE

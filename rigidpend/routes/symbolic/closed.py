@@ -33,8 +33,8 @@ import numpy as np
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
-from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision

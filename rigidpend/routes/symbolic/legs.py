@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
+from rigidpend.numbers import Array, Numbers
 from rigidpend.numbers.exact import context, exact, fraction
-from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import LADDER, PAIRS, rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import hamiltonian_J3_0
+from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.return_map import (
     EnergyLevel,
     MapError,

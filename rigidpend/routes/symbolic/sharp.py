@@ -26,8 +26,8 @@ import numpy as np
 
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
+from rigidpend.numbers import Array, Numbers
 from rigidpend.numbers.exact import GUARD_BITS, Exact, fraction
-from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE, PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import at_crossings, states_at

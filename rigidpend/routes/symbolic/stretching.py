@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.passage import EnergyLevel

@@ -9,7 +9,7 @@ import pytest
 from rigidpend import Body, route_codes
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.chain import crossing_states
