@@ -17,11 +17,10 @@ from rigidpend import experiments
 from rigidpend.config.catalogue import RESULTS, resolve, with_remedy
 from rigidpend.config.complaints import Origin
 from rigidpend.machine.wording import Table, columns
-from rigidpend.numbers import checked
+from rigidpend.numbers import Array, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.numbers.expressions import words
-from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     import xarray

@@ -34,12 +34,12 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.checked import GAP_BITS
-from rigidpend.orbits import M_UNITS
+from rigidpend.orbits import M_UNITS, joined, put
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.records import columns as columns_of
-from rigidpend.orbits.records import joined, put
 from rigidpend.routes.start import Scales
 
 FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = (
@@ -94,14 +94,10 @@ Columns: TypeAlias = NDArray[np.intp]
 """Indices of some of the orbits."""
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 """Computation of some columns in a precision (bits) and scales."""
-Third: TypeAlias = Callable[[Columns], Crossings]
-"""Third computation of some columns in a precision."""
 MostComputations: TypeAlias = Callable[[int], int]
 """Largest number of computations in a precision (bits)."""
-Work: TypeAlias = Callable[[Columns], Decided]
-"""Decision of some columns in a precision."""
-Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
-"""Division of columns into pieces, with what the work decides of each; see :func:`decide`."""
+Division: TypeAlias = Callable[[int, int], tuple[int, int]]
+"""Columns in a piece, of so many in a precision (bits), and threads that share the pieces."""
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
@@ -132,9 +128,9 @@ def kept_bits(bits: int) -> int:
     return min(bits, KEPT_IN_PAIRS) if bits <= PAIRS else bits
 
 
-def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-    """All columns decided at once: the `share` of :func:`decide` without any division."""
-    return [(columns, work(columns))]
+def undivided(n: int, _: int) -> tuple[int, int]:
+    """All columns are one piece, for one thread."""
+    return max(1, n), 1
 
 
 def decide(
@@ -142,7 +138,7 @@ def decide(
     n: int,
     rate: float,
     precisions: tuple[int, ...],
-    share: Share = undivided,
+    division: Division = undivided,
     most_computations: MostComputations = lambda _: 3,
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
@@ -163,10 +159,10 @@ def decide(
         Radians per unit of t', for :func:`agreement`.
     precisions : tuple of int
         Bits, ascending.
-    share : callable, optional
-        ``share(work, columns, bits)`` divides the columns into pieces, lets `work` decide each in
-        that precision, and returns a list of the columns of each piece with what was decided. By
-        default all columns are one piece.
+    division : callable, optional
+        ``division(n, bits)`` is the number of columns, of n, that are decided together in that
+        precision, and the number of threads that decide such pieces side by side. By default all
+        columns are one piece.
     most_computations : callable, optional
         ``most_computations(bits)`` in a precision, 1 to 3.
     """
@@ -182,14 +178,13 @@ def decide(
             certain = np.zeros((len(only.time) - 1, columns.size), dtype=bool)
             return _decided(only, certain, least)
         first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
-        third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
-        certain = _established(first, second, rate, third, columns)
+        certain = _established(first, second, rate, count, compute, least, columns)
         return _decided(second, certain, least)
 
-    pieces = share(settle, np.arange(n), least)
+    pieces = _in_pieces(settle, np.arange(n), division(n, least))
     # The pieces come back in the order of the columns, so that joining them is enough.
     found = joined([piece for _, piece in pieces])
-    climb(compute, found, rate, precisions[1:], most_computations, share)
+    climb(compute, found, rate, precisions[1:], most_computations, division)
     return found
 
 
@@ -199,7 +194,7 @@ def climb(
     rate: float,
     precisions: tuple[int, ...],
     most_computations: MostComputations = lambda _: 3,
-    share: Share = undivided,
+    division: Division = undivided,
 ) -> None:
     """Decide the open columns in ascending higher precisions; `found` is changed in place.
 
@@ -211,8 +206,17 @@ def climb(
         if not left.size:
             break
         further = functools.partial(_further, compute, found, rate, bits, most_computations(bits))
-        for columns, piece in share(further, left, bits):
+        for columns, piece in _in_pieces(further, left, division(left.size, bits)):
             put(found, columns, piece)
+
+
+def _in_pieces(
+    work: Callable[[Columns], Decided], columns: Columns, divided: tuple[int, int]
+) -> list[tuple[Columns, Decided]]:
+    """Let threads decide the columns in pieces, which keep the columns' order."""
+    size, jobs = divided
+    parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
+    return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
 def _further(
@@ -237,8 +241,7 @@ def _further(
             limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
             certain = agreement(before, sharper, rate, limit)
         else:
-            third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
-            certain = _established(before, sharper, rate, third, columns[open_])
+            certain = _established(before, sharper, rate, count, compute, bits, columns[open_])
         put(known, open_, _decided(sharper, certain, bits))
     return known
 
@@ -250,14 +253,20 @@ def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided
 
 
 def _established(
-    a: Crossings, b: Crossings, rate: float, third: Third | None, columns: Any
+    a: Crossings,
+    b: Crossings,
+    rate: float,
+    count: int,
+    compute: Compute,
+    bits: int,
+    columns: Columns,
 ) -> NDArray[np.bool_]:
-    """Mask of the symbols that two computations of equal precision establish, with a third or not.
+    """Mask of the symbols that two computations of equal precision establish, or `count` = 3.
 
     The third computation is made only for columns in which it can establish a further symbol.
     """
     found = agreement(a, b, rate, LIMIT_OF_TWO)
-    if third is None:
+    if count < 3:
         return found
     # The last symbol is certain only if all are.
     left = np.flatnonzero(~found[-1])
@@ -266,7 +275,7 @@ def _established(
     some = (near & ~found[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:
-        c = third(columns[doubtful])
+        c = compute(bits, THIRD_SCALES, columns[doubtful])
         for each in (a, b):
             # The third must agree with both.
             near &= agreement(columns_of(each, doubtful), c, rate, LIMIT_OF_THREE)

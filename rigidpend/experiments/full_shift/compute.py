@@ -14,7 +14,7 @@ from rigidpend.experiments.full_shift import RELATIONS
 from rigidpend.experiments.full_shift.proof import Proven, checked, spread_of
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.experiments.shared import attributes, rational
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.routes.certified import pieces, sections
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.models import Family
