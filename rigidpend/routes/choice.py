@@ -163,7 +163,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
 
     known = certainty.decide(compute, n, rate, within, share, maps.most_computations)
-    open_ = np.flatnonzero(~known.certain.all(axis=0))
+    open_ = certainty.open_columns(known)
     beyond = run.beyond(maps.most_bits)
     if open_.size and beyond:
         # A plane is computed in parts, and each would repeat the warning.
