@@ -89,11 +89,14 @@ class Means(NamedTuple):
     """Checkpoint: ``part(name, compute)`` is ``compute()``, stored for an interrupted run."""
     pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
     """Checkpoints that other machines may compute; gives the trees in the order of the pieces."""
+    stored: Callable[[str], bool] = dict[str, bool]().__contains__
+    """True for the name of a piece that an interrupted run has stored."""
 
-    def threads(self, pieces: int) -> int:
-        """Number of threads that each of so many pieces may take.
+    def threads(self, names: Sequence[str]) -> int:
+        """Number of threads that each of the pieces of these names may take.
 
-        Many pieces go to processes of one thread each, because threads would wait for each other's
-        Python code.
+        Many that are to be computed go to processes of one thread each, because threads would wait
+        for each other's Python code.
         """
-        return 1 if worth_processes(pieces, self.jobs) else self.jobs
+        missing = [name for name in names if not self.stored(name)]
+        return 1 if worth_processes(len(missing), self.jobs) else self.jobs
