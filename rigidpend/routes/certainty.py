@@ -147,7 +147,8 @@ def decide(
     more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. A single
     computation, where no more are allowed, leaves all columns uncertain. Columns that are
     still uncertain are computed once in the next precision and compared with the last result; where
-    the two differ, up to two further computations follow.
+    the two differ, up to two further computations follow. None does where two computations agree
+    that an orbit stays, without a further crossing: its missing symbols stay uncertain.
 
     Parameters
     ----------
@@ -179,7 +180,7 @@ def decide(
             return _decided(only, certain, least)
         first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
         certain = _established(first, second, rate, count, compute, least, columns)
-        return _decided(second, certain, least)
+        return _decided(_agreed(first, second, certain), certain, least)
 
     pieces = _in_pieces(settle, np.arange(n), division(n, least))
     # The pieces come back in the order of the columns, so that joining them is enough.
@@ -201,8 +202,7 @@ def climb(
     The arguments are those of :func:`decide`.
     """
     for bits in precisions:
-        # A column is open while any of its symbols is uncertain.
-        left = np.flatnonzero(~found.certain.all(axis=0))
+        left = open_columns(found)
         if not left.size:
             break
         further = functools.partial(_further, compute, found, rate, bits, most_computations(bits))
@@ -230,7 +230,7 @@ def _further(
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
     for scales in (FIRST_SCALES, SECOND_SCALES)[:count]:
-        open_ = np.flatnonzero(~known.certain.all(axis=0))
+        open_ = open_columns(known)
         if not open_.size:
             break
         # `known` has been overwritten by the first computation when the second begins.
@@ -242,8 +242,27 @@ def _further(
             certain = agreement(before, sharper, rate, limit)
         else:
             certain = _established(before, sharper, rate, count, compute, bits, columns[open_])
-        put(known, open_, _decided(sharper, certain, bits))
+        put(known, open_, _decided(_agreed(before, sharper, certain), certain, bits))
     return known
+
+
+def open_columns(found: Decided) -> Columns:
+    """The columns with an uncertain symbol, but for orbits that stay: more bits decide none."""
+    stays = found.crossings.outcome == Outcome.STAYS
+    return np.flatnonzero(~(found.certain.all(axis=0) | stays))
+
+
+def _agreed(a: Crossings, b: Crossings, certain: NDArray[np.bool_]) -> Crossings:
+    """The second of two computations; its outcome is STAYS where the first has no crossing either.
+
+    All symbols before must be certain. Of 1,300 such orbits beside elliptic ones of five bodies,
+    computations in 64 and in 106 bits, which wait as long, saw none return, in 3 to 15 times the
+    time of all.
+    """
+    silent = (a.outcome == Outcome.NO_CROSSING) & (b.outcome == Outcome.NO_CROSSING)
+    crossings = [np.count_nonzero(x.separatrix, axis=0) for x in (a, b)]
+    alike = (crossings[0] == crossings[1]) & (certain.sum(axis=0) >= crossings[1] - 1)
+    return b._replace(outcome=np.where(silent & alike, Outcome.STAYS, b.outcome))
 
 
 def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided:

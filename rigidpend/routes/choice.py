@@ -161,7 +161,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
     # The pieces follow one another, for the threads share the orbits within each.
     pieces = max(1, PIECE // (run.problem.n_symbols + 1)), 1
     known = certainty.decide(compute, n, rate, within, lambda *_: pieces, maps.most_computations)
-    open_ = np.flatnonzero(~known.certain.all(axis=0))
+    open_ = certainty.open_columns(known)
     beyond = run.beyond(maps.most_bits)
     if open_.size and beyond:
         # A plane is computed in parts, and each would repeat the warning.

@@ -31,11 +31,12 @@ SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
 
 Measured on 17 random bodies, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
 machine: integration took some 0.8 to 1.4 times as long."""
-FACTORS = {53: 1.0, PAIRS: 11.0, 159: 85.0, 212: 210.0, 424: 3_600.0}
+FACTORS = {53: 1.0, PAIRS: 11.0, 159: 50.0, 212: 140.0, 424: 2_400.0}
 """Factor by which deciding an orbit takes longer in the kernel's numbers than in doubles.
 
-By the bits of the numbers. In pairs it was 8.5 to 12.6 with 6 bodies, in four doubles 207 and 227,
-in three 67, and 107 where orbits stayed open, which takes a third computation."""
+By the bits of the numbers. With five bodies, whose passages take 1.6 to 53 rotations, it was 9.7 to
+13.4 in pairs, 45 to 62 in three, 140 to 178 in four and 2,280 to 3,070 in eight doubles, on a
+crowded machine and the more the shallower; at another time 37 to 48, 110 to 142, 1,850 to 1,920."""
 IN_INTEGERS = 0.65
 """The same in integers, over the square of their bits: 0.66 to 0.58 at 448 to 600 bits."""
 SHARPER, SHARPEST = 64, 82
@@ -61,10 +62,14 @@ the time of an integration in 106 bits, others 0.45 and 0.58 of one in 160. From
 next there are at least four more orders of the series, by which the truncation error falls by e^8.
 Those beyond pairs of doubles begin as far above what these keep (`certainty.KEPT_IN_PAIRS`).
 """
-CLIMBING = 0.6
+CLIMBING = 0.7
 """Time of orbits that a lower rung already decides, as a share of that in the full precision.
 
-With three random bodies it was 0.48, 0.58 and 0.78."""
+With three random bodies it was 0.48, 0.58 and 0.78, with four others 0.69 to 0.81."""
+STAYING_OPEN = 1.7
+"""Time of orbits that a precision leaves open, on all rungs below it too, as such a share.
+
+Of orbits of 120 and 200 symbols it was 1.5 up to 106 bits, and 1.7 to 1.8 from there to 160."""
 DEEP = 9.5
 """Least number of rotations in a passage that counts as deep.
 
@@ -144,10 +149,11 @@ def _further(
     found = 0.0
     for known, bits in itertools.pairwise(precisions):
         # Orbits that this precision decides take a part of its time where rungs lie below it; those
-        # that stay open take all of it.
-        share = whole * (CLIMBING if any(fits(x, (known, bits)) for x in RUNGS) else 1.0)
+        # that stay open take all of it, and that of the rungs.
+        rungs = any(fits(x, (known, bits)) for x in RUNGS)
+        share, most = (whole * CLIMBING, STAYING_OPEN) if rungs else (whole, 1.0)
         left = share_open(problem, bits)
-        found, open_ = found + (left + share * (open_ - left)) * _factor(bits), left
+        found, open_ = found + (most * left + share * (open_ - left)) * _factor(bits), left
     return found
 
 

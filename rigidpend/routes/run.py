@@ -86,9 +86,10 @@ class Run:
         begin, states = self.begin(bits, scales, columns)
         unit = scales.time_unit
         # One limit for all columns, whatever their J1_0: so an orbit's result does not depend on
-        # the columns beside it.
+        # the columns beside it. It is the same in every precision, so that an orbit that two
+        # computations do not see return by then has no symbol in more bits either.
         patient = self.starts.least_problem if self.starts else self.problem
-        limit = passage_limit(patient, bits) / unit
+        limit = passage_limit(patient, self.arithmetic.precisions[-1]) / unit
         found = integrate.crossings(
             Orbits(begin.coefficients, states, self.problem.n_symbols + 1, limit),
             engine=self.arithmetic.engine,

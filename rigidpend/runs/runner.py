@@ -97,6 +97,9 @@ def _compared(
     except StoreError as error:
         raise StoreError(f"{error}; move it away, or overwrite it with --force") from None
     reasons = {key: said for key, said in REASONS.items() if known.get(key) != fingerprint[key]}
+    # A program that changes values or attributes cuts off the digest.
+    if files.unsealed(files.content(target)) is None:
+        reasons["digest"] = "another program changed its file"
     if "config_hash" in reasons and "config_hash" in known:
         # If the stored config cannot be read, the changed keys cannot be named.
         with contextlib.suppress(StoreError):
@@ -178,7 +181,7 @@ def run(
             whole = Piece("whole", computation.compute, (content, Means(arithmetic)))
             [data] = pieces([whole])
         else:
-            means = Means(arithmetic, 1 if away else jobs, tell, pieces)
+            means = Means(arithmetic, 1 if away else jobs, tell, pieces, parts.has)
             data = computation.compute(content, means)
         layout = experiments.layout(config.experiment)
         # Data that come in blocks are computed now.

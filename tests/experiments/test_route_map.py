@@ -217,15 +217,24 @@ def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("pair", "arrays", "mu"), [(PAIRS[0], 4, 0.0015), (PAIRS[1], 3, 0.0015), (PAIRS[2], 1, 0.001)]
+    ("pair", "arrays", "mu", "begun"),
+    [
+        (PAIRS[0], 4, 0.0015, route_map.BEGUN + route_map.OWN_BODY),
+        (PAIRS[1], 3, 0.0015, route_map.BEGUN + route_map.OWN_BODY),
+        (PAIRS[2], 1, 0.001, 0),
+        (PAIRS[3], 3, 0.001, route_map.BEGUN),
+    ],
 )
 def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_one(
-    monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], arrays: int, mu: float
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], arrays: int, mu: float, begun: float
 ) -> None:
+    """In the precisions of the config, and what each body or energy takes before its orbits."""
     seconds = Mock(return_value=7.0)
     monkeypatch.setattr(choice, "expected_seconds", seconds)
-    assert route_map.cost(over(*pair)) == 7 * arrays
-    [((one, orbits), _)] = seconds.call_args_list
+    given = over(*pair)
+    assert route_map.cost(given) == pytest.approx((7 + begun) * arrays)
+    [((one, orbits, precisions), _)] = seconds.call_args_list
+    assert precisions == given.numerics.precisions
     assert float(one.body.mu) == pytest.approx(mu)
     assert orbits == 12 // arrays
 

@@ -75,6 +75,39 @@ def test_all_must_agree_up_to_a_symbol(a: Crossings, b: Crossings, symbols: int)
     np.testing.assert_array_equal(found, agreement(b, a, RATE, LIMIT))
 
 
+@pytest.mark.parametrize(
+    ("second", "again"),
+    [
+        # Both find two crossings alike, and then none within the limit:
+        (ended(outcome=Outcome.NO_CROSSING), False),
+        # one finds another, or another time, or has given up.
+        (record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.NO_CROSSING), True),
+        (record([10.0, None, None, None], (2, 0, 0, 0), Outcome.NO_CROSSING), True),
+        (ended(20.0 + FAR, Outcome.NO_CROSSING), True),
+        (ended(outcome=Outcome.FAILED), True),
+        (record(), True),
+    ],
+)
+def test_an_orbit_that_two_computations_see_stay_is_computed_no_more(
+    second: Crossings, again: bool
+) -> None:
+    """Two in doubles, in either order, or one in doubles and one in 64 bits."""
+    stays = ended(outcome=Outcome.NO_CROSSING)
+    for most in (1, 2) if second.time[1] != 20.0 + FAR else (2,):
+        for both in ([stays, second], [second, stays]):
+            coming, asked = iter([*both, record(), record()]), list[int]()
+
+            def compute(bits: int, *_: Any, coming: Any = coming, asked: Any = asked) -> Crossings:
+                asked.append(bits)
+                return next(coming)
+
+            most_of = {53: most, 64: most, 106: most}
+            found = decide(compute, 1, RATE, (53, 64, 106), most_computations=most_of.__getitem__)
+            assert asked[:2] == [53, 64 if most == 1 else 53]
+            assert (len(asked) > 2) is again
+            assert again or found.certain[:, 0].tolist() == [True, False, False]
+
+
 class Noted:
     """Computations of columns, whose crossings are late; it writes down what it is asked.
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import (
@@ -65,6 +66,13 @@ def other_format(_: pytest.MonkeyPatch) -> None:
         file.attrs["format_version"] = store.FORMAT_VERSION + 1
 
 
+def edited(_: pytest.MonkeyPatch) -> None:
+    """A symbol is flipped by hand."""
+    with h5py.File(RESULT, "r+") as file:
+        codes: Any = next(iter(file["data"].values()))["codes"]
+        codes[0, 0] = 1 - codes[0, 0]
+
+
 def other(module: Any, name: str) -> Callable[[pytest.MonkeyPatch], None]:
     """A change of what a function of a module tells."""
     return lambda patch: patch.setattr(module, name, lambda _: "another")
@@ -78,6 +86,7 @@ def other(module: Any, name: str) -> Callable[[pytest.MonkeyPatch], None]:
         ("problem.mu=0.002", other(importlib.metadata, "version"), f"{MU}; the engine changed"),
         ("problem.mu=1e-3", other(provenance, "code_hash"), "the code that computes it changed"),
         ("problem.mu=1e-3", other_format, "its result has another format version"),
+        ("problem.mu=1e-3", edited, "another program changed its file"),
     ],
 )
 def test_what_changed_is_the_reason(
@@ -89,7 +98,8 @@ def test_what_changed_is_the_reason(
     before = RESULT.read_bytes() if RESULT.exists() else b""
     config = loading.load(CONFIG, [setting])
     planned = runner.plan(config, RESULTS)
-    same = reason in ("", "the code that computes it changed")
+    kept = "", "the code that computes it changed", "another program changed its file"
+    same = reason in kept
     assert (planned.reason, planned.seconds > 0) == (reason, same)
     assert runner.plan(config, RESULTS, force=True).reason == "--force"
     assert (RESULT.read_bytes() if RESULT.exists() else b"") == before
@@ -200,6 +210,23 @@ def seen(path: Path) -> tuple[Any, str]:
         for name in TIMES:
             attributes.pop(name, None)
     return loaded["data"], repr(outline)
+
+
+def test_an_experiment_is_told_which_pieces_an_interrupted_run_stored(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
+    parts = Parts(planned.target, json.dumps(planned.fingerprint))
+    parts.keep("left.00000000", lambda: {"x": 1.0})
+
+    def interrupted(_: Any, means: Means) -> Any:
+        assert means.stored("left.00000000")
+        assert not means.stored("left.00000008")
+        raise ArithmeticError("it was asked")
+
+    monkeypatch.setattr(route_codes, "compute", interrupted)
+    with pytest.raises(ArithmeticError, match="it was asked"):
+        runner.run(planned, jobs=2, report=tell_nobody)
 
 
 RESUMED = {

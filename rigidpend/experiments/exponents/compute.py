@@ -112,5 +112,5 @@ def cost(config: Config) -> float:
     """Estimate the seconds that a config takes."""
     problem = config.problem
     cells = problem.theta2_0.count * problem.log10_J1_0.count
-    tables = choice.expected_seconds(problem.routes, cells)
+    tables = choice.expected_seconds(problem.routes, cells, config.numerics.precisions)
     return tables + problem.n_symbols * (cells * CELL + problem.checked * CHECK)

@@ -73,8 +73,9 @@ def _array(name: str, config: Config, means: Means, orbits: tuple[int, int]) -> 
     seconds = column_cost(config, count)
     at_once = min(MOST, max(LANES if seconds < SLOW else 1, int(PART / seconds)))
     parts = [range(first, min(first + at_once, count)) for first in range(0, count, at_once)]
-    given = name, config.problem, means.arithmetic, means.threads(len(parts))
-    pieces = [Piece(f"{name}.{part.start:08d}", _part, (part, *given)) for part in parts]
+    names = [f"{name}.{part.start:08d}" for part in parts]
+    given = name, config.problem, means.arithmetic, means.threads(names)
+    pieces = [Piece(x, _part, (part, *given)) for x, part in zip(names, parts, strict=True)]
     found: list[RouteCodes] = []
     for part, tree in zip(parts, means.pieces(pieces), strict=True):
         found.append(RouteCodes(**tree))

@@ -7,7 +7,7 @@ integration, whichever is faster for that number of cells. If both do, every cel
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -22,7 +22,7 @@ from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
-from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts
+from rigidpend.routes.cells import OF_BODY, Cells, cell_problem, cells_of_each, cells_of_starts
 
 PIECES = True
 """All work goes through pieces, which a cluster can compute."""
@@ -92,10 +92,11 @@ def _plane(
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
-    given = problem, means.arithmetic, means.threads(len(tiles))
+    names = [f"{name or 'plane'}.{number:06d}" for number, _ in tiles]
+    given = problem, means.arithmetic, means.threads(names)
     pieces = [
-        Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
-        for number, (rows, columns) in tiles
+        Piece(each, _tile, (x[columns], y[rows], *given))
+        for each, (_, (rows, columns)) in zip(names, tiles, strict=True)
     ]
 
     def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
@@ -180,11 +181,12 @@ def cost(config: Config) -> float:
     """Estimate the seconds that a config takes on one core, tables included."""
     problem = config.problem
     return sum(
-        _cost(columns.count, rows.count, problem) for columns, rows in problem.planes.values()
+        _cost(columns.count, rows.count, problem, config.numerics.precisions)
+        for columns, rows in problem.planes.values()
     )
 
 
-def _cost(columns: int, rows: int, problem: Problem) -> float:
+def _cost(columns: int, rows: int, problem: Problem, precisions: Sequence[int]) -> float:
     """Seconds for a plane."""
     share, cells = problem.n_symbols / 15, columns * rows
     if not _shares_maps(problem):
@@ -198,4 +200,5 @@ def _cost(columns: int, rows: int, problem: Problem) -> float:
     axis = problem.planes[""][1 if across else 0]
     middle = {} if arrays == 1 else {problem.names[1 if across else 0]: sum(axis.ends) / 2}
     one, orbits = cell_problem(problem.routes, middle), cells // arrays
-    return arrays * choice.expected_seconds(one, orbits)
+    begun = BEGUN * bool(middle) + OWN_BODY * any(name in OF_BODY for name in middle)
+    return arrays * (begun + choice.expected_seconds(one, orbits, precisions))

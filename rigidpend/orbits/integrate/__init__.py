@@ -43,6 +43,8 @@ class Outcome(IntEnum):
     """No crossing came within the passage limit."""
     FAILED = 3
     """The integrator gave up (step limit, a number that is not finite)."""
+    STAYS = 4
+    """No crossing came within the passage limit, as two computations agree."""
 
 
 class Orbits(NamedTuple):
