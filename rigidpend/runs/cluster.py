@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
+import logging
 import pickle
 import platform
 import socket
@@ -174,6 +175,9 @@ def _client(address: str) -> Any:
     """A client of the scheduler; a server that does not answer counts as no scheduler."""
     import distributed
 
+    # What is lost is told in our sentences: the library's own lines are tracebacks.
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     made: Future[Any] = Future()
 
     def connect() -> None:
