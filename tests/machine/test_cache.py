@@ -133,6 +133,30 @@ def test_a_folder_that_cannot_be_written_is_told_once(
     assert cache.load(folder / "maps", b"a") is None
 
 
+def test_a_file_that_another_process_removes_meanwhile_is_no_failure(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "iterdir", lambda maps: iter([maps / "gone"]))
+    cache.save(folder / "maps", b"a", b"content", -1)
+    assert cache.load(folder / "maps", b"a") == b"content"
+
+
+def test_clearing_removes_what_no_run_can_write_into_any_more_or_fails(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache.save(folder / "maps", b"a", b"content", 999)
+    removed: list[Path] = []
+    with monkeypatch.context() as within:
+        within.setattr(shutil, "rmtree", removed.append)
+        cache.clear()
+    assert not folder.exists()
+    assert removed[0].parent == folder.parent
+    folder.mkdir()
+    monkeypatch.setattr(Path, "rename", Mock(side_effect=PermissionError))
+    with pytest.raises(PermissionError):
+        cache.clear()
+
+
 def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine"
     mine.mkdir()
