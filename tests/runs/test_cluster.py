@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -184,9 +185,10 @@ def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_sched
 def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    parts, crew = Parts(tmp_path / "x.h5", "a"), dict[str, int]()
+    """Those of all arrays together, each of which is asked for by itself."""
+    parts, crew = Parts(tmp_path / "x.h5", "a"), Counter[str]()
     kept: Tree = {"x": 1.0}
-    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcde"]
+    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcdefg"]
     for piece in pieces[:2]:
         parts.keep(piece.name, lambda: kept)
 
@@ -194,9 +196,11 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
         return ((kept, piece.name, "far") for piece in given[3])
 
     monkeypatch.setattr(cluster, "gathered", gathered)
-    given = "tcp://nowhere:1", "route_map", "taylor", parts, pieces
-    assert len(list(cluster.computed(*given, report=tell_nobody, crew=crew))) == 5
-    assert crew == {"an earlier run, by the same code and engine": 2, "far": 3}
+    given = "tcp://nowhere:1", "route_map", "taylor", parts
+    for array in (pieces[1:5], pieces[:1], pieces[5:]):
+        found = cluster.computed(*given, array, report=tell_nobody, crew=crew)
+        assert len(list(found)) == len(array)
+    assert crew == {"an earlier run, by the same code and engine": 2, "far": 5}
 
 
 @pytest.mark.slow
