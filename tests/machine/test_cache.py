@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from rigidpend.machine import cache, files
+from rigidpend.machine import cache, files, signals
 
 
 @pytest.fixture
@@ -80,6 +80,29 @@ def test_a_file_that_becomes_a_pipe_before_it_is_opened_is_not_read(
         before.setattr(os, "stat", lambda _: found)
         with pytest.raises(ValueError, match="not a regular file"):
             files.content(pipe)
+
+
+def test_a_file_of_just_the_most_bytes_is_read(one: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    content = one.read_bytes()
+    monkeypatch.setattr(files, "MOST_BYTES", len(content))
+    assert files.content(one) == content
+    monkeypatch.setattr(files, "MOST_BYTES", len(content) - 1)
+    with pytest.raises(ValueError, match=f"{len(content)} bytes, more than {len(content) - 1}"):
+        files.content(one)
+
+
+def test_what_is_left_of_a_file_with_any_name_goes_once_it_is_old(tmp_path: Path) -> None:
+    """But for links, however old that is to which they lead."""
+    path = tmp_path / "[a-c]*.h5"
+    old, other = (tmp_path / f".{name}.1.part" for name in (path.name, "b.h5"))
+    for each in (old, other):
+        each.touch()
+        os.utime(each, (0, 0))
+    linked = tmp_path / f".{path.name}.2.part"
+    linked.symlink_to(other)
+    files.write(path, b"content")
+    assert sorted(tmp_path.iterdir()) == sorted([path, other, linked])
+    assert not signals.unfinished
 
 
 @pytest.fixture
