@@ -115,6 +115,33 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
         assert set(file["provenance"].attrs) == set(provenance.provenance())
 
 
+@pytest.mark.parametrize("engine", ["scipy", "taylor"])
+def test_a_result_hangs_on_the_engine_that_its_config_asks_for(tmp_path: Path, engine: str) -> None:
+    planned = runner.plan(loading.load(FIG4, [f"numerics.engine={engine}"]), tmp_path)
+    assert planned.fingerprint["engine"].startswith(f"{engine} (")
+
+
+def test_parts_are_those_of_all_that_a_result_hangs_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "Parts", parts := Mock(side_effect=InterruptedError))
+    planned = runner.plan(loading.load(FIG4), tmp_path)
+    others = [planned.fingerprint | {name: "another"} for name in runner.REASONS]
+    for fingerprint in (planned.fingerprint, planned.fingerprint, *others):
+        with pytest.raises(InterruptedError):
+            runner.run(replace(planned, fingerprint=fingerprint), jobs=1, report=tell_nobody)
+    assert len({given.args for given in parts.call_args_list}) == 1 + len(others) == 4
+
+
+def test_parts_wait_for_their_run_however_old_they_are(tmp_path: Path) -> None:
+    parts, config = Parts(tmp_path / "fig4.h5", "a"), loading.load(FIG4)
+    parts.keep("first", lambda: {"x": np.float64(1.0)})
+    [folder] = (tmp_path / ".fig4.parts").iterdir()
+    os.utime(folder, (0, 0))
+    assert runner.plan(config, tmp_path).reason == "no result yet"
+    assert parts.has("first")
+
+
 def test_a_result_whose_name_differs_in_case_only_is_not_made(desk: Path) -> None:
     config = loading.load(CONFIG)
     (desk / "Small.h5").write_bytes(b"another")
