@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -17,6 +18,7 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.signals import Stopped
 from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
     FINEST_TOLERANCE,
@@ -131,6 +133,32 @@ def test_parts_are_those_of_all_that_a_result_hangs_on(
         with pytest.raises(InterruptedError):
             runner.run(replace(planned, fingerprint=fingerprint), jobs=1, report=tell_nobody)
     assert len({given.args for given in parts.call_args_list}) == 1 + len(others) == 4
+
+
+def test_pieces_take_all_jobs_here_and_one_each_on_a_cluster(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute, planned = Mock(side_effect=InterruptedError), runner.plan(loading.load(FIG4), tmp_path)
+    module = SimpleNamespace(compute=compute, PIECES=True)
+    monkeypatch.setattr(experiments, "computation", lambda _: module)
+    for scheduler, jobs in ((None, 3), ("tcp://nowhere:1", 1)):
+        with pytest.raises(InterruptedError):
+            runner.run(planned, jobs=3, report=tell_nobody, scheduler=scheduler)
+        means = compute.call_args.args[1]
+        assert means.jobs == jobs
+        assert means.pieces.keywords.get("jobs") == (None if scheduler else 3)
+
+
+@pytest.mark.parametrize("before", [0, 1])
+def test_a_run_that_is_stopped_writes_no_result(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, before: int
+) -> None:
+    """Before it computes, and before it writes what a signal may have spoilt."""
+    planned, content = runner.plan(loading.load(CONFIG), RESULTS, force=True), RESULT.read_bytes()
+    monkeypatch.setattr(runner, "check_stop", Mock(side_effect=[*[None] * before, Stopped]))
+    with pytest.raises(Stopped):
+        runner.run(planned, jobs=1, report=tell_nobody)
+    assert RESULT.read_bytes() == content
 
 
 def test_parts_wait_for_their_run_however_old_they_are(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
@@ -279,6 +279,21 @@ def test_points_at_which_a_map_is_checked_fill_its_tables() -> None:
         within = places[np.abs(places) < 1]
         assert within.min() < -0.9
         assert within.max() > 0.9
+
+
+def test_energies_at_which_a_map_is_checked_fill_its_interval(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One in each of equal parts, and both ends."""
+    nf, chart = Mock(energies=Mock(centre=2.0, half_width=0.5)), MagicMock()
+    monkeypatch.setattr(checks, "TorusForm", form := Mock(side_effect=InterruptedError))
+    for rising in (False, True):
+        with pytest.raises(InterruptedError):
+            checks.held_out(rising, chart, nf, MagicMock(), 1.0, precision(53))
+        *within, high, low = form.call_args.args[1]
+        parts = (np.array(within) - 1.5) * checks.LEVELS
+        np.testing.assert_array_equal(np.floor(parts), np.arange(checks.LEVELS))
+        assert (low, high) == (1.5, 2.5)
 
 
 @pytest.mark.parametrize("side", [1, -1])
