@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -95,7 +96,7 @@ def certify(
             return summaries(stored["data"])
     store.prepare(file)
     reasons: dict[str, list[str]] = {}
-    crew: dict[str, int] = {}
+    crew = Counter[str]()
     # Parts are stored under a hash of all that they depend on: those of other orbits or of other
     # code do not count.
     parts = Parts(file, provenance.config_hash({"of": stated, "at": texts, "code": code}))

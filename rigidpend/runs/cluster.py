@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
+import logging
 import pickle
 import platform
 import socket
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
@@ -76,7 +78,7 @@ def computed(
     parts: Parts,
     pieces: Sequence[Piece],
     report: Callable[[str], None],
-    crew: dict[str, int],
+    crew: Counter[str],
 ) -> Iterator[Tree]:
     """Let a cluster compute the parts that are not stored yet, then yield all parts in order.
 
@@ -87,11 +89,12 @@ def computed(
     """
     missing = [piece for piece in pieces if not parts.has(piece.name)]
     if len(missing) < len(pieces):
-        crew["an earlier run, by the same code and engine"] = len(pieces) - len(missing)
+        # Added, because an experiment with several arrays comes here for each of them.
+        crew["an earlier run, by the same code and engine"] += len(pieces) - len(missing)
     if missing:
         for tree, name, worker in gathered(address, experiment, engine, missing, report):
             parts.keep(name, lambda: tree)  # noqa: B023
-            crew[worker] = crew.get(worker, 0) + 1
+            crew[worker] += 1
     # Read from disk one at a time: memory never holds all of them.
     return parts.in_order(pieces)
 
@@ -174,6 +177,9 @@ def _client(address: str) -> Any:
     """A client of the scheduler; a server that does not answer counts as no scheduler."""
     import distributed
 
+    # What is lost is told in our sentences: the library's own lines are tracebacks.
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     made: Future[Any] = Future()
 
     def connect() -> None:

@@ -39,7 +39,7 @@ class Parts:
         self._folder = self._whole / cache.name_of(fingerprint.encode())
 
     def __len__(self) -> int:
-        return len(list(self._folder.glob("[!.]*.kept")))
+        return len(list(self._folder.glob("*.kept")))
 
     def keep(self, name: str, compute: Callable[[], Tree]) -> Tree:
         """The part of that name: stored by an earlier run, or computed and stored now.
@@ -71,7 +71,6 @@ class Parts:
 
     def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
         """The parts in order, each by :meth:`keep`; many parts are computed by processes."""
-        self._make_room()
         missing = [piece for piece in pieces if not self.has(piece.name)]
         apart = missing if worth_processes(len(missing), jobs) else []
         made, names = ahead(methodcaller("compute"), apart, jobs), {piece.name for piece in apart}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -168,7 +169,7 @@ def run(
         asked = content.numerics_asked
         arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM
         chosen = {key: x for key, x in arithmetic._asdict().items() if key in {*asked} - {"engine"}}
-        crew: dict[str, int] = {}
+        crew = Counter[str]()
         pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(parts.in_order, jobs=jobs)
         if scheduler is not None:
             from rigidpend.runs import cluster

@@ -162,8 +162,9 @@ def test_of_orbits_that_stay_five_are_named(content: Any, stay: int, said: str) 
             whole = one.compute()
             made = {name: np.take(x, np.arange(8) % 2, axis=-1) for name, x in whole.items()}
             made["codes"][1, :stay] = NO_SYMBOL
-            yield made | {"theta2_0": np.arange(8.0)}
+            yield made | {"theta2_0": np.arange(8.0), "by_map": np.arange(8) == 3}
 
     told: list[str] = []
-    result(content, pieces=pieces, report=told.append)
+    found = result(content, pieces=pieces, report=told.append)
+    assert found["only"]["by_map"].sum() == 1, "one that maps found is told of"
     assert told[0].endswith(f"; {stay} stay beside a pendulum motion: theta2_0 = {said}")

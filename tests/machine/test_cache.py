@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from rigidpend.machine import cache, files
+from rigidpend.machine import cache, files, signals
 
 
 @pytest.fixture
@@ -82,6 +82,29 @@ def test_a_file_that_becomes_a_pipe_before_it_is_opened_is_not_read(
             files.content(pipe)
 
 
+def test_a_file_of_just_the_most_bytes_is_read(one: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    content = one.read_bytes()
+    monkeypatch.setattr(files, "MOST_BYTES", len(content))
+    assert files.content(one) == content
+    monkeypatch.setattr(files, "MOST_BYTES", len(content) - 1)
+    with pytest.raises(ValueError, match=f"{len(content)} bytes, more than {len(content) - 1}"):
+        files.content(one)
+
+
+def test_what_is_left_of_a_file_with_any_name_goes_once_it_is_old(tmp_path: Path) -> None:
+    """But for links, however old that is to which they lead."""
+    path = tmp_path / "[a-c]*.h5"
+    old, other = (tmp_path / f".{name}.1.part" for name in (path.name, "b.h5"))
+    for each in (old, other):
+        each.touch()
+        os.utime(each, (0, 0))
+    linked = tmp_path / f".{path.name}.2.part"
+    linked.symlink_to(other)
+    files.write(path, b"content")
+    assert sorted(tmp_path.iterdir()) == sorted([path, other, linked])
+    assert not signals.unfinished
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(sys, "platform", "linux")
@@ -131,6 +154,30 @@ def test_a_folder_that_cannot_be_written_is_told_once(
     # A second warning would be an error here.
     cache.save(folder / "kernels", b"a", b"content", 999)
     assert cache.load(folder / "maps", b"a") is None
+
+
+def test_a_file_that_another_process_removes_meanwhile_is_no_failure(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "iterdir", lambda maps: iter([maps / "gone"]))
+    cache.save(folder / "maps", b"a", b"content", -1)
+    assert cache.load(folder / "maps", b"a") == b"content"
+
+
+def test_clearing_removes_what_no_run_can_write_into_any_more_or_fails(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache.save(folder / "maps", b"a", b"content", 999)
+    removed: list[Path] = []
+    with monkeypatch.context() as within:
+        within.setattr(shutil, "rmtree", removed.append)
+        cache.clear()
+    assert not folder.exists()
+    assert removed[0].parent == folder.parent
+    folder.mkdir()
+    monkeypatch.setattr(Path, "rename", Mock(side_effect=PermissionError))
+    with pytest.raises(PermissionError):
+        cache.clear()
 
 
 def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:

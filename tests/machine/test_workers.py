@@ -1,11 +1,16 @@
 """Work side by side: where it runs, in which order its results come, what goes wrong."""
 
+import concurrent.futures
 import gc
 import os
+import signal
 import threading
 import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from multiprocessing import current_process
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -97,6 +102,78 @@ def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
     coming.close()
     assert time.monotonic() - begun < 30
     assert list(ahead(place, [], 2)) == []
+
+
+class Pool(ThreadPoolExecutor):
+    """Threads in the place of processes, which take long to begin."""
+
+    beginning, most_beginning = 0, 0
+    """How many parts are being given to pools at once, now and at most."""
+
+    def __init__(self, count: int, *_: Any, **__: Any) -> None:
+        super().__init__(count)
+
+    def submit(self, work: Callable[..., Any], /, *given: Any, **named: Any) -> Future[Any]:
+        Pool.beginning += 1
+        Pool.most_beginning = max(Pool.most_beginning, Pool.beginning)
+        time.sleep(0.001)
+        Pool.beginning -= 1
+        return super().submit(work, *given, **named)
+
+
+@pytest.fixture
+def pools(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No process is begun, and whoever waits looks about often."""
+    monkeypatch.setattr(concurrent.futures, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(workers, "CHECK_PERIOD", 0.001)
+
+
+def asleep(part: int) -> int:
+    time.sleep(0.01)
+    return part
+
+
+@pytest.mark.usefixtures("pools")
+def test_what_processes_find_comes_in_the_order_of_the_parts() -> None:
+    """Some ahead or all at once."""
+    parts = [3, 1, 2, 5, 4]
+    assert side_by_side(asleep, (), True, parts, 2) == parts
+    assert list(ahead(asleep, parts, 2)) == parts
+
+
+@pytest.mark.usefixtures("pools")
+def test_two_threads_never_begin_processes_at_once() -> None:
+    """Each hides the user's program meanwhile, which there must be again afterwards."""
+
+    def begin(_: int) -> list[int]:
+        return side_by_side(asleep, (), True, [1, 2, 3], 2)
+
+    Pool.most_beginning = 0
+    side_by_side(begin, (), False, [0, 1], 2)
+    assert Pool.most_beginning == 1
+
+
+@pytest.mark.usefixtures("pools")
+def test_to_wait_for_a_process_ends_by_a_stop_or_at_its_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.raises(TimeoutError, match=r"ended at 0\.001 s"):
+        workers.apart(asleep, (1,), limit=0.001)
+    asked = threading.Event()
+
+    def came() -> int:
+        asked.set()
+        return signal.SIGTERM
+
+    monkeypatch.setattr(workers, "came", came)
+    with pytest.raises(Stopped):
+        workers.apart(asked.wait, (0.1,))
+
+
+def test_after_a_stop_no_part_is_begun_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "came", lambda: signal.SIGTERM)
+    with pytest.raises(Stopped):
+        side_by_side(pytest.fail, (), False, ["begun"], 1)
 
 
 @pytest.mark.parametrize(("parts", "jobs", "worth"), [(7, 2, False), (8, 2, True), (9, 1, False)])
@@ -225,6 +302,8 @@ def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) 
     assert max(sizes) - min(sizes) <= 1
     assert min(sizes) > 0
     np.testing.assert_array_equal(np.concatenate(pieces, axis=1), array)
+    upright = spread(array.T, parts, axis=0)
+    assert [piece.shape[0] for piece in upright] == sizes
 
 
 def test_long_work_says_how_far_it_is_after_a_silence(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -246,3 +325,29 @@ def test_long_work_says_how_far_it_is_after_a_silence(monkeypatch: pytest.Monkey
     assert said[0] == "in any case"
     assert 1 <= len(said[1:]) <= 3
     assert all(line.startswith("part ") for line in said[1:])
+
+
+class Slow(float):
+    """A time whose reader is overtaken by other threads before he knows how long ago it is."""
+
+    def __sub__(self, before: float) -> float:
+        ago = float(self) - before
+        time.sleep(0.001)
+        return ago
+
+
+@pytest.mark.parametrize("last", ["in any case", None])
+def test_any_line_begins_a_new_silence_which_one_thread_ends(
+    monkeypatch: pytest.MonkeyPatch, last: str | None
+) -> None:
+    clock, said = SimpleNamespace(now=0.0), list[str]()
+    monkeypatch.setattr(workers, "time", SimpleNamespace(monotonic=lambda: Slow(clock.now)))
+    listener = workers.Listener(said.append)
+    if last:
+        clock.now = workers.SILENCE
+        listener.hear(last)
+    clock.now += 0.99 * workers.SILENCE
+    listener.hear(lambda: "too early")
+    clock.now += 0.02 * workers.SILENCE
+    side_by_side(lambda _: listener.hear(lambda: "late"), (), False, [1, 2, 3], 3)
+    assert said == [*([last] if last else []), "late"]

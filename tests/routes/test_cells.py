@@ -61,6 +61,13 @@ def test_orbits_without_actions_have_that_of_the_problem(monkeypatch: pytest.Mon
     run = decided.call_args.args[0]
     ends = run.problem.J1_0, run.starts.least_problem.J1_0
     assert [float(x) for x in ends] == [STARTS[2], STARTS[0]]
+    # A part of a plane has the ends of all of it, and is decided as all of it would be.
+    decided.side_effect = InterruptedError
+    with pytest.raises(InterruptedError):
+        cells_of_starts(PROBLEM, FEW[:3], STARTS, DOUBLES, ends=(1e-10, 1e-4), orbits=1000)
+    run = decided.call_args.args[0]
+    ends = run.problem.J1_0, run.starts.least_problem.J1_0
+    assert (run.orbits, [float(x) for x in ends]) == (1000, [1e-4, 1e-10])
 
 
 def test_a_piece_has_as_many_passages_as_memory(monkeypatch: pytest.MonkeyPatch) -> None:

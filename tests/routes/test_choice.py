@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.routes import certainty, choice, codes, costs, handover, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 from rigidpend.routes.symbolic.levels import orbits_of
@@ -105,6 +107,8 @@ def test_kept_maps_wait_the_longer_the_less_the_precisions_cost(
     found(**own, precisions=(53,), method="map")
     calls = [found(**own, precisions=(53,)).by_map.any() for _ in range(2)]
     assert calls == [False, True]
+    # Maps begin with doubles: they serve none of whom others are asked for first.
+    assert not found(PHASES[:1], **own, precisions=(64,)).by_map.any()
 
 
 @pytest.mark.usefixtures("eager")
@@ -205,6 +209,36 @@ def test_what_maps_do_not_follow_or_serve_is_integrated_and_said_to_be(
     assert record.certain.all()
     assert record.by_map.tolist() == [True, True, True, False, True, False, True]
     assert [x["orbits"] for x in integrations] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("bits", [53, 64])
+def test_of_some_columns_those_are_integrated_that_maps_do_not_follow(bits: int) -> None:
+    """Here the second of two, which is column 7; in the maps' own bits none."""
+    outcome = np.array([Outcome.COMPLETE, Outcome.FAILED], dtype=np.uint8)
+    maps, integrated = Mock(), Mock(side_effect=whole)
+    maps.run.phases = range(9)
+    maps.crossings.side_effect = lambda *given: whole(*given)._replace(outcome=outcome.copy())
+    compute, left = choice.with_maps(maps, integrated, (53, 106))
+    seen = compute(bits, Scales(), np.array([4, 7]))
+    asked = [column for given in integrated.call_args_list for column in given.args[2]]
+    assert np.flatnonzero(left).tolist() == asked == ([7] if bits == 53 else [])
+    assert (seen.outcome == Outcome.COMPLETE).tolist() == [True, bits == 53]
+
+
+def test_beyond_maps_a_precision_that_another_follows_is_computed_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One that was asked for too, for the next settles more than a second computation."""
+    nothing = np.zeros((3, 2), dtype=bool), np.full(2, 53, dtype=np.uint16), np.zeros(2, dtype=bool)
+    known = certainty.Decided(whole(53, Scales(), range(2)), *nothing)
+    monkeypatch.setattr(certainty, "decide", lambda *_: known)
+    monkeypatch.setattr(certainty, "climb", climb := Mock())
+    monkeypatch.setattr(handover, "handed_over", Mock())
+    run = Run(PROBLEM, Phases([1, 2]), resolve(None, None, (53, 106, 160)))
+    choice.by_maps(Mock(run=run, most_bits=53, ladder=(53, 106, 160)), sampled=False)
+    *_, beyond, most = climb.call_args.args
+    assert {106, 160} < set(beyond)
+    assert [most(bits) for bits in beyond] == [*[1] * (len(beyond) - 1), 3]
 
 
 @pytest.mark.usefixtures("samples")

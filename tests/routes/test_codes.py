@@ -2,6 +2,7 @@
 
 import re
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ import pytest
 from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.machine import workers
 from rigidpend.mechanics.free_body import symbols
+from rigidpend.numbers.checked import ParameterError
+from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
@@ -71,6 +74,7 @@ def test_whole_turns_of_a_phase_change_no_symbol(method: str, precisions: Any) -
     assert near.certain.all()
     assert found.certain.all()
     assert set(found.words) == set(near.words)
+    assert found.theta2_0.tolist() == [float(exact(x)) for x in FAR], "those that were given"
 
 
 def test_codes_are_read_as_texts() -> None:
@@ -115,6 +119,7 @@ def test_no_weight_means_one_crossing_and_certainly_no_symbol() -> None:
         ({"precisions": (53, 63)}, NumericsError, "precisions 53 and 63 are too close"),
         ({"engine": "euler"}, EngineError, "'euler' is not known; choose one of taylor, scipy"),
         ({"method": "map", "precisions": (64, 113)}, ProblemError, "precisions must begin with 53"),
+        ({"jobs": 0}, ProblemError, "jobs must be a whole number from 1 on, got 0"),
     ],
 )
 def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], told: str) -> None:
@@ -122,6 +127,18 @@ def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], tol
         codes("1", **given)
     assert told in str(refused.value)
     assert getattr(refused.value, "field", None) in (None, *given)
+
+
+def test_settings_of_a_call_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(choice, "decide", decide := Mock(side_effect=InterruptedError))
+    with pytest.raises(InterruptedError):
+        codes("1", jobs=3, method="integration", engine="scipy", n_symbols=7)
+    [run, method], how = decide.call_args
+    assert (run.jobs, run.arithmetic.engine, run.problem.n_symbols) == (3, "scipy", 7)
+    assert (method, how) == ("integration", {"use_kept": True})
+    # What no result holds is refused before it is computed.
+    with pytest.raises(ParameterError, match="3000 columns of 100000 symbols"):
+        codes(np.zeros(3000), n_symbols=100_000)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -17,8 +17,8 @@ from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.routes import certainty, neighbourhood
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, bisect, narrowed
-from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.run import Run
+from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.run import Run, tolerance_of
 from tests.bodies import FREE, problem
 
 OTHER = Body(A=("2.1", "0.9", "1.4"), r=("0.3", 1, 0), mu="0.02")
@@ -105,6 +105,14 @@ def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) 
     (_, before, _), (_, _, tangent), (_, after, _) = (x.args for x in orbit.call_args_list)
     rate = [float(y - x) / 2e-6 for x, y in zip(before, after, strict=True)]
     np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
+    around.crossings(448, certainty.SECOND_SCALES, [around.centre])
+    assert orbit.return_value.followed.call_args.args == (around.problem.n_symbols + 1,)
+    asked, unit = orbit.call_args.kwargs, certainty.SECOND_SCALES.time_unit
+    expected = passage_limit(around.problem, asked["bits"])
+    assert asked["longest"] * unit == pytest.approx(expected, rel=1e-14)
+    assert asked["tolerance"] == tolerance_of(
+        around.arithmetic, asked["bits"], certainty.SECOND_SCALES
+    )
 
 
 def test_the_computations_of_a_precision_share_no_difference(
@@ -120,8 +128,14 @@ def test_the_computations_of_a_precision_share_no_difference(
     assert around.routes(phases).certain.all()
     one, other, *_ = (np.frexp(given.args[1])[0] for given in walk.call_args_list)
     assert (one != other)[one != 0].all()
-    for name in ("tolerance", "passage_limit"):
-        assert len({given.kwargs[name] for given in walk.call_args_list}) == 2, name
+    tolerances, limits = (
+        [given.kwargs[name] for given in walk.call_args_list[:2]]
+        for name in ("tolerance", "passage_limit")
+    )
+    assert len(set(tolerances)) == 2
+    units = [x.time_unit for x in (certainty.FIRST_SCALES, certainty.SECOND_SCALES)]
+    expected = passage_limit(around.problem, 53)
+    assert np.multiply(limits, units) == pytest.approx(expected, rel=1e-14)
 
 
 CHANGE = exact("0.7234567890123456789")
@@ -166,3 +180,16 @@ def test_narrowing_ends_at_a_width_that_is_met(monkeypatch: pytest.MonkeyPatch) 
     whole = Bracket(exact("0"), exact("1"))
     path = narrowed(problem(), whole, 2.0**-60, resolve(), report)
     assert (path[-1].width, len(path)) == (2.0**-60, 61)
+    # After each reference orbit.
+    told = [given.args[0] for given in report.call_args_list]
+    assert told == [2.0**-neighbourhood.GAIN, 2.0**-60]
+
+
+def test_orbits_side_by_side_agree_by_the_rate_of_their_phase(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(certainty, "decide", decide := Mock(side_effect=InterruptedError))
+    around = Neighbourhood(problem(), exact("4.7"), FINEST, resolve(precisions=(53, 106)))
+    with pytest.raises(InterruptedError):
+        around.routes([exact("4.7"), exact("4.8")])
+    assert decide.call_args.args[1:] == (2, phase_rate(around.problem), (53, 106))

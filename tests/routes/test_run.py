@@ -3,6 +3,7 @@
 import pickle
 from dataclasses import replace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.kernel.taylor_step import order_of
+from rigidpend.routes import certainty
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
@@ -135,3 +137,54 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
     monkeypatch.setattr(Run, "crossings", lambda *_: None)
     abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST_SCALES, np.arange(n))
     assert seen == begun
+
+
+@pytest.mark.parametrize(
+    ("orbits", "bits", "columns", "pieces"),
+    [
+        # In doubles so many that a piece is worth it, but for so few that threads would be idle;
+        (24, 53, 24, [24]),
+        (17, 53, 17, [17]),
+        (16, 53, 16, [8, 8]),
+        (24, 53, 600, [256, 256, 88]),
+        # eight for each thread, and never more than 1,024;
+        (24, 53, 4800, [300] * 16),
+        (24, 53, 17000, [1024] * 16 + [616]),
+        # in more bits a vector is a piece; and integers are shared out in each computation.
+        (24, 106, 17, [8, 8, 1]),
+        (24, 500, 17, [17]),
+        (24, 106, 0, [0]),
+    ],
+)
+def test_threads_share_orbits_in_pieces(
+    orbits: int, bits: int, columns: int, pieces: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(certainty, "decide", decide := Mock())
+    run(bits, n=orbits).by_integration()
+    share = decide.call_args.args[4]
+    found = share(len, np.arange(columns), bits)
+    assert [len(x) for x, _ in found] == [n for _, n in found] == pieces
+    np.testing.assert_array_equal(np.concatenate([x for x, _ in found]), np.arange(columns))
+
+
+@pytest.mark.parametrize(
+    ("orbits", "bits", "jobs"), [(9, 53, 1), (9, 106, 1), (9, 500, 2), (8, 53, None)]
+)
+def test_a_piece_has_one_thread_and_integers_or_few_orbits_have_all(
+    orbits: int, bits: int, jobs: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Orbits of one vector are computed abreast."""
+    asked = list[int]()
+    monkeypatch.setattr(certainty, "decide", decide := Mock())
+    monkeypatch.setattr("rigidpend.routes.run.abreast", lambda _: lambda *given: None)
+    monkeypatch.setattr(Run, "crossings", lambda self, *given: asked.append(self.jobs))
+    run(bits, n=orbits).by_integration()
+    decide.call_args.args[0](bits, FIRST_SCALES, np.arange(orbits))
+    assert asked == ([jobs] if jobs else [])
+
+
+def test_doubles_begin_at_the_phases_and_not_at_their_doubles() -> None:
+    """At 1e6 these are 1e-10 apart."""
+    means = replace(run(53), phases=Phases(["1000000 + 1/3", "1000000 + 1/7"]))
+    (_, rough), (_, fine) = (means.begin(bits, FIRST_SCALES, np.arange(2)) for bits in (53, 200))
+    np.testing.assert_allclose(rough, fine.astype(float), rtol=0, atol=4e-16)

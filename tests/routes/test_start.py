@@ -157,3 +157,12 @@ def test_scales_share_no_constant(pair: tuple[Scales, Scales]) -> None:
     shared = sum(a == b for a, b in zip(*mantissas, strict=True))
     unscaled = ("half_sigma", "twist", "omega1", "omega2", "kappa")
     assert shared == len(unscaled)
+
+
+@pytest.mark.parametrize("scales", [SECOND_SCALES, THIRD_SCALES])
+def test_the_weight_is_in_units_of_momentum_and_vertical(scales: Scales) -> None:
+    """mu gamma is of the order of M^2."""
+    one, other = (start(problem(GENERIC), 53, x).coefficients for x in (FIRST_SCALES, scales))
+    unit = float(scales.momentum) ** 2 / float(scales.vertical)
+    for name in ("mu_r1", "mu_r2"):
+        assert getattr(other, name) == pytest.approx(getattr(one, name) * unit, rel=1e-14)

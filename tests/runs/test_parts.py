@@ -1,6 +1,7 @@
 """Finished parts of a run: used again, never another run's, gone when the result is there."""
 
 import contextlib
+import errno
 import gc
 import os
 import shutil
@@ -9,6 +10,7 @@ import time
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -50,6 +52,7 @@ def test_a_kept_part_is_used_again_with_its_values_and_types(target: Path) -> No
     again = Parts(target, "a").keep("first", not_again)
     assert repr(again) == repr(PART)
     assert type(again["one"]) is np.float64
+    assert again["flags"].flags.writeable
     with pytest.raises(AssertionError, match="computed again"):
         Parts(target, "b").keep("first", not_again)
     long: Tree = {"text": "x" * 100_000}
@@ -172,6 +175,15 @@ def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
         parts.keep("first", not_again)
     with pytest.raises(StoreError, match=said):
         next(parts.in_order([Piece("first", not_again, ())]))
+
+
+def test_a_part_for_which_there_is_no_room_is_one_sentence(
+    target: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = OSError(errno.ENOSPC, "No space left on device")
+    monkeypatch.setattr(files, "replace", Mock(side_effect=full))
+    with pytest.raises(StoreError, match=r"second\.kept: cannot be written: No space left"):
+        Parts(target, "a").keep("second", lambda: PART)
 
 
 def test_a_part_leaves_memory_when_it_is_let_go(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -18,6 +19,7 @@ from rigidpend import experiments
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.signals import Stopped
 from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
     FINEST_TOLERANCE,
@@ -123,6 +125,59 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
         }
         assert json.loads(file["config"].asstr()[()]) == planned.config.resolved()
         assert set(file["provenance"].attrs) == set(provenance.provenance())
+
+
+@pytest.mark.parametrize("engine", ["scipy", "taylor"])
+def test_a_result_hangs_on_the_engine_that_its_config_asks_for(tmp_path: Path, engine: str) -> None:
+    planned = runner.plan(loading.load(FIG4, [f"numerics.engine={engine}"]), tmp_path)
+    assert planned.fingerprint["engine"].startswith(f"{engine} (")
+
+
+def test_parts_are_those_of_all_that_a_result_hangs_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "Parts", parts := Mock(side_effect=InterruptedError))
+    planned = runner.plan(loading.load(FIG4), tmp_path)
+    others = [planned.fingerprint | {name: "another"} for name in runner.REASONS]
+    for fingerprint in (planned.fingerprint, planned.fingerprint, *others):
+        with pytest.raises(InterruptedError):
+            runner.run(replace(planned, fingerprint=fingerprint), jobs=1, report=tell_nobody)
+    assert len({given.args for given in parts.call_args_list}) == 1 + len(others) == 4
+
+
+def test_pieces_take_all_jobs_here_and_one_each_on_a_cluster(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute, planned = Mock(side_effect=InterruptedError), runner.plan(loading.load(FIG4), tmp_path)
+    module = SimpleNamespace(compute=compute, PIECES=True)
+    monkeypatch.setattr(experiments, "computation", lambda _: module)
+    for scheduler, jobs in ((None, 3), ("tcp://nowhere:1", 1)):
+        with pytest.raises(InterruptedError):
+            runner.run(planned, jobs=3, report=tell_nobody, scheduler=scheduler)
+        means = compute.call_args.args[1]
+        assert means.jobs == jobs
+        assert means.pieces.keywords.get("jobs") == (None if scheduler else 3)
+
+
+@pytest.mark.parametrize("before", [0, 1])
+def test_a_run_that_is_stopped_writes_no_result(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, before: int
+) -> None:
+    """Before it computes, and before it writes what a signal may have spoilt."""
+    planned, content = runner.plan(loading.load(CONFIG), RESULTS, force=True), RESULT.read_bytes()
+    monkeypatch.setattr(runner, "check_stop", Mock(side_effect=[*[None] * before, Stopped]))
+    with pytest.raises(Stopped):
+        runner.run(planned, jobs=1, report=tell_nobody)
+    assert RESULT.read_bytes() == content
+
+
+def test_parts_wait_for_their_run_however_old_they_are(tmp_path: Path) -> None:
+    parts, config = Parts(tmp_path / "fig4.h5", "a"), loading.load(FIG4)
+    parts.keep("first", lambda: {"x": np.float64(1.0)})
+    [folder] = (tmp_path / ".fig4.parts").iterdir()
+    os.utime(folder, (0, 0))
+    assert runner.plan(config, tmp_path).reason == "no result yet"
+    assert parts.has("first")
 
 
 def test_a_result_whose_name_differs_in_case_only_is_not_made(desk: Path) -> None:

@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
@@ -279,6 +279,55 @@ def test_points_at_which_a_map_is_checked_fill_its_tables() -> None:
         within = places[np.abs(places) < 1]
         assert within.min() < -0.9
         assert within.max() > 0.9
+
+
+def test_at_the_ends_of_the_energies_a_map_is_checked_in_its_corners() -> None:
+    share, turn, counts = checks.points(np.random.default_rng(0), 4)
+    assert counts == [4] * checks.LEVELS + [2 * checks.CORNERS] * 2
+    assert sum(counts) == share.size == turn.size
+    for ends in (slice(-sum(counts[-2:]), -counts[-1]), slice(-counts[-1], None)):
+        places = set(zip(share[ends].tolist(), turn[ends].tolist(), strict=True))
+        phases = {(2 * k + 1) / checks.CORNERS - 1 for k in range(checks.CORNERS)}
+        assert places == {(side, phase) for side in (-1, 1) for phase in phases}
+
+
+def test_tails_are_relative_to_the_largest_of_their_function() -> None:
+    """Of cosines and sines of the last harmonic, at the last polynomials of d and of the energy."""
+    values = np.zeros((2, 3, 5, 2))
+    values[0, 0, 0] = 10, -2
+    values[0, 0, 3, 0], values[0, 2, 0, 1], values[1, 0, 0, 0] = 1, -1, 0.2
+    table: Any = Mock(values=values, n_x=3, n_phase=5)
+    assert checks.tails(table) == (0.5, 0.1, 0.02)
+    assert checks.tails(Mock(values=values[:1], n_x=3, n_phase=5)) == (0.5, 0.1, 0.0)
+
+
+def test_a_map_is_kept_under_all_that_it_follows_from(monkeypatch: pytest.MonkeyPatch) -> None:
+    low, high, given = exact("1.33"), exact("1.34"), ((2, 1, "1.5"), (1, 1, 0), "0.001")
+    bodies = [Body(*given), Body((2, 1, "1.6"), *given[1:]), Body(given[0], (1, 2, 0), given[2])]
+    bodies.append(Body(*given[:2], "0.002"))
+    keys = [storage.map_key(body, low, high, 53, FIRST, 53) for body in bodies]
+    ends, body = ((low, low), (high, high)), bodies[0]
+    keys += [storage.map_key(body, *each, 53, FIRST, 53) for each in ends]
+    further: list[Any] = [(64, FIRST, 53), (53, SECOND, 53), (53, FIRST, 64)]
+    keys += [storage.map_key(body, low, high, *each) for each in further]
+    monkeypatch.setattr(storage, "package_digest", lambda: "other code")
+    keys.append(storage.map_key(body, low, high, 53, FIRST, 53))
+    assert len(set(keys)) == len(keys) == 10
+
+
+def test_energies_at_which_a_map_is_checked_fill_its_interval(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One in each of equal parts, and both ends."""
+    nf, chart = Mock(energies=Mock(centre=2.0, half_width=0.5)), MagicMock()
+    monkeypatch.setattr(checks, "TorusForm", form := Mock(side_effect=InterruptedError))
+    for rising in (False, True):
+        with pytest.raises(InterruptedError):
+            checks.held_out(rising, chart, nf, MagicMock(), 1.0, precision(53))
+        *within, high, low = form.call_args.args[1]
+        parts = (np.array(within) - 1.5) * checks.LEVELS
+        np.testing.assert_array_equal(np.floor(parts), np.arange(checks.LEVELS))
+        assert (low, high) == (1.5, 2.5)
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -117,7 +117,11 @@ def test_orbits_go_on_from_a_crossing_as_those_that_come_there(
 
 
 @pytest.mark.parametrize("which", ["forward", "inverse"])
-def test_the_kernel_tells_orbits_that_leave_the_tables(made: ReturnMap, which: str) -> None:
+def test_the_kernel_tells_orbits_that_leave_the_tables(
+    made: ReturnMap, which: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And that have left come back in no further call."""
+
     def narrowed(chart: Any) -> Any:
         table = getattr(chart, which)
         return chart._replace(**{which: table._replace(width=table.width * 0.42)})
@@ -132,6 +136,36 @@ def test_the_kernel_tells_orbits_that_leave_the_tables(made: ReturnMap, which: s
         assert (np.isnan(found.time) == (found.separatrix == 0)).all()
         whole = found.outcome == Outcome.COMPLETE
         assert (whole == (found.separatrix[-1] != 0)).all()
+        with monkeypatch.context() as in_calls:
+            in_calls.setattr(kernel, "AT_ONCE", LANES)
+            assert same(followed(narrow, 53, phase, e), found)
+
+
+def test_a_place_beyond_a_table_or_a_start_beyond_the_normal_form_is_outside(
+    made: ReturnMap,
+) -> None:
+    """Also where the table of invariants has room for it."""
+    down, up = (
+        x._replace(inverse=x.inverse._replace(width=1e3 * x.inverse.width)) for x in made.charts
+    )
+    own, x = precision(made.bits), np.array([0.5, 0.9999, 1.0001, -0.9999, -1.0001])
+    given = replace(made, charts=(down, up)).program(53, *map(own.number, POINT))
+    for rising in (True, False):
+        found = kernel.go_on(given, kernel.UnderWay(rising, x, 0 * x, 0 * x + 1, 0 * x), 0 * x, 1)
+        assert (found.outcome == Outcome.COMPLETE).tolist() == [True, True, False, True, False]
+    scale = 2.0 ** round(math.log2(QP))
+    assert given.limits[:, 0].tolist() == [made.normal_form.radius / scale, math.inf, math.inf]
+    phase, e = drawn()
+    for share, inside in ((1.01, True), (0.99, False)):
+        within = given._replace(limits=given.limits.copy())
+        within.limits[0, 0] = share * QP / scale
+        found = kernel.follow(within, QP + 0 * phase, phase, e, 1)
+        assert ((found.outcome == Outcome.COMPLETE) == inside).mean() > 0.9
+    # On the stable manifold, and at a phase that is no number.
+    for Qp, at in ((0.0, phase), (QP, math.nan * phase)):
+        found = kernel.follow(given, Qp + 0 * phase, at, e, 1)
+        assert (found.outcome == Outcome.FAILED).all()
+        assert np.isnan(found.time).all()
 
 
 @pytest.mark.parametrize("bits", BITS)

@@ -1,6 +1,8 @@
 """Orders of series: raised where errors tell them to be too small, their cost, and energies."""
 
 import itertools
+import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,8 +10,8 @@ import pytest
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3, expected_cost
 from rigidpend.orbits.return_map.checks import Errors
-from rigidpend.orbits.return_map.looks import Rough
-from rigidpend.orbits.return_map.orders import Orders, building_seconds, energy_nodes
+from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking
+from rigidpend.orbits.return_map.orders import Orders, building_seconds, energy_nodes, orders
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
@@ -21,16 +23,17 @@ ALLOWED = 2.0**-64
     ("charts", "inverse", "tails", "expected"),
     [
         # In units of what is allowed; what the tails tell is twice their largest.
-        (1.99, 0, (0, 1, 0), (21, 31, 10, 51, 63, 5)),
-        (1.99, 0, (1, 0, 1), (21, 31, 12, 41, 51, 6)),
-        (0, 0, (0.13, 0.12, 0), (21, 31, 12, 41, 51, 5)),
-        (0, 0.51, (0.13, 0, 0), (21, 31, 12, 51, 63, 6)),
-        (0, 0.49, (0.13, 0, 0), (21, 31, 12, 41, 51, 5)),
-        (0, 2.01, (1, 0, 0), (21, 31, 12, 51, 63, 6)),
-        (0, 1.99, (1, 0, 0), (21, 31, 12, 41, 51, 5)),
-        (2.01, 0, (0, 1, 0), (23, 33, 10, 51, 63, 5)),
-        (1e6, 0, (0, 0, 0.12), (27, 39, 10, 41, 51, 5)),
-        (0, 0, (0, 0, 0), (23, 33, 10, 41, 51, 5)),
+        (1.99, 0, (0, 1, 0), (21, 31, 11, 51, 63, 6)),
+        (1.99, 0, (1, 0, 1), (21, 31, 14, 41, 51, 8)),
+        (0, 0, (0.13, 0.12, 0), (21, 31, 14, 41, 51, 6)),
+        (0, 0, (0, 0, 0.13), (21, 31, 11, 41, 51, 8)),
+        (0, 0.51, (0.13, 0, 0), (21, 31, 14, 51, 63, 8)),
+        (0, 0.49, (0.13, 0, 0), (21, 31, 14, 41, 51, 6)),
+        (0, 2.01, (1, 0, 0), (21, 31, 14, 51, 63, 8)),
+        (0, 1.99, (1, 0, 0), (21, 31, 14, 41, 51, 6)),
+        (2.01, 0, (0, 1, 0), (23, 33, 11, 51, 63, 6)),
+        (1e6, 0, (0, 0, 0.12), (27, 39, 11, 41, 51, 6)),
+        (0, 0, (0, 0, 0), (23, 33, 11, 41, 51, 6)),
     ],
 )
 def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
@@ -38,7 +41,34 @@ def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
 ) -> None:
     """Those of the normal form by as many degrees as the error asks for; phases to odd numbers."""
     errors = Errors(*(x * ALLOWED for x in (0, 0, charts, inverse, *tails)))
-    assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
+    assert Orders(21, 31, 11, 41, 51, 6, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
+
+
+@pytest.mark.parametrize(("energies", "more"), [(6, 8), (1, 1)])
+def test_a_design_has_so_many_terms_more_and_arcs_in_its_own_unit(energies: int, more: int) -> None:
+    """At one energy there is nothing to add."""
+    found = Orders(21, 31, 11, 41, 51, energies, 2.5).designed(0.5, 1.25, 4)
+    assert found == (25, 35, 13, 45, 55, more, 6.25)
+
+
+def falling(rate: float) -> Any:
+    return np.exp(-rate * np.arange(30))
+
+
+@pytest.mark.parametrize("slow", range(4))
+def test_orders_are_those_of_the_table_that_shrinks_slowest(slow: int) -> None:
+    """Charts are tables 0 and 2, and inverse charts 1 and 3."""
+    rough = Rough(coefficients(FIG4.angles(), "1", precision(53)), 1.3342)
+    rates = [0.5 if k == slow else 2.0 for k in range(4)]
+    each = tuple(map(falling, rates))
+    seen = Shrinking(falling(1.0), each, each, 1.0)
+    layer = Layer(1e-6, (1e-4, 2e-4))
+    found = orders(rough, 0.0, layer, seen, math.exp(-20), math.exp(-12))
+    assert (found.degree, found.n_x, found.n_energy) == (25, 40, 1)
+    few, many = 10, 40
+    chart, inverse = (many if slow % 2 == k else few for k in (0, 1))
+    assert (found.n_phase, found.n_phase_inverse) == (2 * chart + 1, 2 * inverse - 1)
+    assert found.length == rough.arc_length(2e-4)
 
 
 def test_the_largest_error_is_that_of_exponents_of_charts_or_of_their_inverse() -> None:
