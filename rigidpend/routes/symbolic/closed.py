@@ -247,7 +247,7 @@ class Closing(NamedTuple):
     error: float
     """Distance of the end from the beginning, the larger of those in d and in chi."""
     expected: float
-    """Expected error: gaps where passages meet, and roundings, times the growth in the period."""
+    """Expected error: gaps where passages meet, and roundings, grown by the passages behind."""
     moved: float
     """Largest displacement of a crossing by the refinement: the error of the map in doubles."""
     period: Fraction
@@ -262,8 +262,8 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     Newton's method corrects (d, chi) at all crossings at once: each passage is integrated alone,
     and the derivatives are the map's, in doubles, with which a correction gains some eight digits.
     Then the whole period is integrated from the first crossing: it ends there, but for roundings
-    and their growth. NoOrbit is raised where the passages do not come to meet, or are too long for
-    doubles to begin with.
+    and their growth. NoOrbit is raised where the passages do not come to meet, are too long for
+    doubles to begin with, or grow roundings so much that the end tells nothing.
     """
     check_told(orbit.chain)
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
@@ -290,11 +290,20 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     # The change of chi behind a passage by a relative rounding of d, or by one of chi, before it.
     grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], np.ones(n)), axis=1)).max())
     met = Fraction(max(2.0**LOST, GROWN * grown)) / 2**bits
-    # A gap is the end of a passage less the next crossing; the last passage leads to the first
-    # crossing, hence the cyclic matrix. Unknowns are (d, chi) of each crossing in turn.
-    matrix = -np.roll(np.eye(2 * n), 2, axis=1)
-    for k, slope in enumerate(slopes):
-        matrix[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += slope
+    # A change at the end of a passage, grown by those behind it to the end of the period, from the
+    # last passage on.
+    behind = itertools.accumulate(slopes[:0:-1], np.matmul, initial=np.eye(2))
+    growth = sum(float(np.abs(whole).sum(axis=1).max()) for whole in behind)
+    if growth * met > MOVED:
+        raise NoOrbit(
+            f"a period of {orbit.word} with {orbit.half_turns} half rotations in each passage grows"
+            f" roundings of {bits} bits to {float(growth * met):.1g} rad, which verifies nothing:"
+            " verify shorter words, or give passages fewer half rotations"
+        )
+    # Corrections are those of the chain, in the angles of its passages: of I they lose nothing,
+    # which a crossing in doubles tells the less the longer the passage is.
+    system, units = System(level, None, np.sign(chain.I), 0.0), np.array([level.widest_d, 1.0])
+    by = system.evaluated(chain.unknowns)[1]
     begin = places = exactly([np.stack((chain.d, chain.chi), axis=1)[:-1]])
     times = exactly([chain.time])
     for _ in range(ROUNDS):
@@ -302,21 +311,22 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         times, size = times + late, np.abs(off).max()
         if size < met:
             break
-        # Scaled to the size of one: gaps far below a double's range keep their digits.
-        step = -np.linalg.solve(matrix, (off / size).astype(float).ravel())
+        # A gap is the end of a passage less the next crossing. Scaled to the size of one: gaps far
+        # below a double's range keep their digits.
+        left = np.roll((off / size).astype(float) / units, 1, axis=0)
+        angles = system.corrections(left.T[::-1], by)[1:].reshape(n, 2)
+        step = np.einsum("ijn,nj->ni", by[::-1, 2:], angles) * units
         moved = float(np.abs(step).max() * size)
         if moved > MOVED:
             raise NoOrbit(
                 f"the orbit of {orbit.word} does not come to close: a correction is {moved:.1g}"
                 f" rad; its surfaces are split by {level.splitting:.1g}"
             )
-        places = places + exactly([step.reshape(n, 2)]) * size
+        places = places + exactly([step]) * size
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
     period, first = times.sum(), places[:1]
     error = float(np.abs(gaps(first, first, np.array([period]))[0]).max())
-    whole = functools.reduce(lambda before, slope: slope @ before, slopes)
-    growth = n * float(np.abs(whole).max())
     moved = float(np.abs(places - begin).max())
     # Integrated as a whole, the passages round otherwise than alone: both kinds count.
     expected = growth * (float(size) + (1 + GROWN * grown) * 2.0**-bits)

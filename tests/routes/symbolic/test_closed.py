@@ -57,6 +57,20 @@ def test_integration_closes_to_rounding(
     assert float(found.period) == pytest.approx(orbit.period, abs=1e-10)
 
 
+def test_passages_as_long_as_doubles_tell_are_verified_if_their_period_is_short() -> None:
+    """d in doubles tells |I| of its passage to a tenth there, and the derivative of its end."""
+    found = closing(closed(level(), (0,), 31))
+    assert found.error < found.expected < 1e-6
+    assert found.moved < 1e-12
+
+
+def test_a_period_that_grows_roundings_too_much_is_not_verified() -> None:
+    """What it leaves open is 0.6 rad by one computation, and 21 rad by another."""
+    orbit = closed(level(), (0, 0, 0, 1), 28)
+    with pytest.raises(NoOrbit, match=r"113 bits to 2e\+09 rad, which verifies nothing"):
+        closing(orbit)
+
+
 def test_other_orbits_begin_in_the_other_cell() -> None:
     """With 0 and 1 exchanged they are alike to first order in mu, and no further."""
     one, other = (closed_orbit(BODY, word, h=H, half_turns=TURNS) for word in ("01", "b 10"))
