@@ -89,6 +89,11 @@ class ShiftProblem(NamedTuple):
         return math.sqrt(float(self.h) / self.body.kappa)
 
     @property
+    def momentum_bits(self) -> int:
+        """Binary digits of the momentum before the point, less one: it is about 2^this."""
+        return math.floor(math.log2(self.momentum))
+
+    @property
     def coefficients(self) -> Coefficients:
         """The coefficients of the field, in pairs of doubles."""
         return coefficients(self.body.angles(IN_PAIRS.bits + GUARD_BITS), "1", IN_PAIRS)
@@ -220,6 +225,11 @@ def angles(setting: ShiftProblem) -> list[float]:
     return found
 
 
+def angle_of(setting: ShiftProblem) -> float:
+    """The smaller one of both angles, in (d/momentum, chi): it is the same in any units."""
+    return min(angles(setting)) / setting.momentum
+
+
 def quads(setting: ShiftProblem) -> list[Quad]:
     """The sets: of symbols 0 and 1 of upward crossings, then of downward ones."""
     level = setting.level
@@ -294,7 +304,7 @@ def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftPro
     if half_turns:
         yield _with_bits(first, quads(first))
         return
-    if not (angle := min(angles(first))) > LEAST_ANGLE:
+    if not (angle := angle_of(first)) > LEAST_ANGLE:
         said = f"the surfaces of the periodic orbits cross at an angle of {angle:.2g}"
         told = f"as far as the return map tells, and of {LEAST_ANGLE:g} or less no sets are tried"
         raise ArithmeticError(f"{said}, {told}")
@@ -339,8 +349,11 @@ def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     further = 2 * (setting.lengths - 1) * setting.half_turn
     away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further * setting.rate)
     # Beside gamma, which is 1 in any units, a distance counts as a share of the momentum.
-    away /= max(1.0, setting.momentum)
+    away /= setting.momentum
     # Over a passage orbits part by the factor 1/away, the bound on their distance by more.
     growth = setting.faster * (setting.half_turns * setting.half_turn + further)
     bits = SPARE_BITS + (growth - 2 * math.log(away)) / math.log(2)
-    return setting._replace(bits=min(MOST_BITS, max(FEWEST_BITS, math.ceil(bits))))
+    # Coefficients of momenta below 1 need units that are as much smaller.
+    fine = max(0, -setting.momentum_bits)
+    bits = fine + min(MOST_BITS, max(FEWEST_BITS, math.ceil(bits)))
+    return setting._replace(bits=bits)

@@ -17,12 +17,12 @@ import pytest
 from flint import arb, arb_mat, ctx
 
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import passages, sections
+from rigidpend.routes.certified import coverings, passages, sections
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
 from rigidpend.routes.certified.start_lines import LineStarts, line_pieces
-from scripts import check_full_shift, check_passages, check_sections
+from scripts import check_coverings, check_full_shift, check_passages, check_sections
 from scripts.check_certificate import Fails, Interval
 from tests.attacks import lot
 from tests.routes.certified import offered
@@ -104,6 +104,29 @@ def test_C1_derivatives_are_those_of_the_integrals(stored: Stored, large: int) -
                 assert off.contains(0)
                 assert off.rad() < 1e-40
                 assert (rows[row][column] - turned[row][column] - between[row][column]).contains(0)
+
+
+@pytest.mark.parametrize("k", [-9, 9])
+def test_nothing_hangs_on_units(stored: Stored, k: int) -> None:
+    """Where M is 2^k times as large, at energies of 5e-6 and 3.5e5, bounds and limits are too.
+
+    C1's bounds about points that are off, and C3's widest tube, by both.
+    """
+    by, other = 2.0**k, Stored(k)
+    for j, off in ((0, 1e-3), (2, 1e-3), (4, 1e-7)):
+        found: list[list[float]] = []
+        for of, size in ((stored, off), (other, by * off)):
+            start, (first, *_) = of.every[j]
+            piece = offered.moved(first, 1 if j == 2 else 0, (0, 0, 0), size)
+            found.append([float(check()[0]) for check in of.beginning(start, piece)])
+        assert found[1] == pytest.approx([by * x for x in found[0]], rel=1e-3)
+    link, after = other.every[4], other.every[0]
+    again = offered.for_script(*link), offered.for_script(*after)
+    offered.agree(
+        "",
+        lambda: coverings.prove_link(other.numbers, link, after),
+        lambda: check_coverings.prove_link(other.problem, *again),
+    )
 
 
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
@@ -192,11 +215,11 @@ def test_C2_a_step_goes_forward(stored: Stored, share: float, reason: str) -> No
 def tubes(stored: Stored, M3: float, begin: float, bits: int) -> list[Callable[[], Any]]:
     """The tube about a constant M3, by both."""
     steep: dict[Any, int] = {(0, 0, 0): round(M3 * 2 ** (bits + 1))}
-    half: dict[Any, int] = {(0, 0, 0): 3 * 2**CLOCK}
+    half: dict[Any, int] = {(0, 0, 0): 3 * 2 ** (CLOCK - stored.k)}
     piece = FamilyStep(bits, half, [CALM, CALM, steep, CALM, CALM, CALM])
     sizes = [abs(x).upper() for x in on_parts(Family.of(steep, bits), passages.PARTS)]
-    of = sizes, Family.of(half, CLOCK).bound, arb(begin), stored.numbers.growth
-    theirs = problem(), step(piece), Fraction(begin), Fraction(1), "C3", check_passages.WIDEST
+    of = sizes, Family.of(half, CLOCK).bound, arb(begin), stored.numbers
+    theirs = stored.problem, step(piece), Fraction(begin), Fraction(1), "C3", check_passages.WIDEST
     return [lambda: passages.tube(*of, "C"), lambda: check_passages.tube(*theirs)]
 
 
@@ -204,6 +227,11 @@ def test_C3_the_widest_tube(stored: Stored) -> None:
     limit = same_limit("C3", 1e-9, 1e-3, lambda begin: tubes(stored, 1.2, begin, BITS))
     mine, theirs = ([float(x) for x in check()] for check in tubes(stored, 1.2, limit / 2, BITS))
     assert mine == pytest.approx(theirs, rel=1e-6)
+    # It is as wide in other units, where M3, distances and rates are 2^k times as large.
+    for k in (-9, 9):
+        for share, reason in ((0.99, ""), (1.01, "C3")):
+            begin = 2.0**k * share * limit
+            offered.agree(reason, *tubes(Stored(k), 2.0**k * 1.2, begin, BITS))
 
 
 @pytest.mark.parametrize("M3", [2.0**12, 2.0**60])
