@@ -144,6 +144,7 @@ def crossing(p: Problem, end: list[Series], bounds: Bounds, side: int) -> Arriva
     apart = p.apart(bounds[0])
     box, time, slowest = last_box(p, end, apart, side)
     rates = list(map(size, p.field(box)))
+    fastest = max(x / unit for x, unit in zip(rates, p.units, strict=True))
     places = [x.wider(e + time * rate) for x, e, rate in zip(end, apart, rates, strict=True)]
     # Derivatives change on the way to the crossing, and with the time of the crossing, whose
     # derivative is that of M3 over the rate of M3.
@@ -154,8 +155,9 @@ def crossing(p: Problem, end: list[Series], bounds: Bounds, side: int) -> Arriva
         moved = [state.partial(i) for state in end]
         most = p.norm(*(x.most for x in moved)) + bounds[i]
         off = p.apart(bounds[i] + more * most)
-        timed = (moved[2].most + off[2]) * max(rates) / slowest
-        slopes.append([x.wider(e + timed) for x, e in zip(moved, off, strict=True)])
+        timed = (moved[2].most + off[2]) * fastest / slowest
+        every = zip(moved, off, p.units, strict=True)
+        slopes.append([x.wider(e + timed * unit) for x, e, unit in every])
     return reached(p, [places, *slopes], box, side)._replace(time=around(0, time))
 
 
@@ -164,17 +166,18 @@ def last_box(
 ) -> tuple[list[Interval], Fraction, Fraction]:
     """C5: a box in which orbits stay until they cross, their time, and the least rate of |M3|."""
     M3 = end[2].most + apart[2]
-    room = M3 + apart[2]
+    room = (M3 + apart[2]) / p.unit
     for _ in range(4):
         # In this box |M3| falls at the rate `slowest` at least: an orbit that stays in it crosses
-        # within `time`. It does stay, if it moves by `room` at most in that time.
-        box = [state.ball(e + room) for state, e in zip(end, apart, strict=True)]
+        # within `time`. It does stay, if it moves by `room` at most in that time, in any unit.
+        every = zip(end, apart, p.units, strict=True)
+        box = [state.ball(e + room * unit) for state, e, unit in every]
         rates = p.field(box)
         slowest = below(-side * rates[2])
         if slowest <= 0:
             break
         time = M3 / slowest
-        moved = time * max(map(size, rates))
+        moved = time * max(size(x) / unit for x, unit in zip(rates, p.units, strict=True))
         if moved <= room:
             return box, time, slowest
         room = 2 * moved

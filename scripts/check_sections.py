@@ -59,6 +59,11 @@ class Problem(NamedTuple):
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
     @property
+    def units(self) -> list[Fraction]:
+        """Units of the components of a state: gamma has none."""
+        return [*[self.unit] * 3, *[Fraction(1)] * 3]
+
+    @property
     def energies(self) -> Series:
         """The energies of all w."""
         return ENERGY * self.spread + self.h
@@ -108,7 +113,7 @@ class Problem(NamedTuple):
 
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants of a config's numbers, with `shift` and `spread` of its energies."""
-    if not len(given["A"]) == len(given["r"]) == 3:
+    if not all(isinstance(given[k], list | tuple) and len(given[k]) == 3 for k in ("A", "r")):
         raise Refused("A or r is not three numbers")
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
     held, shift, spread = "h" not in given, given.get("shift", 0), given.get("spread", 0)

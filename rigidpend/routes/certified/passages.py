@@ -286,17 +286,19 @@ def crossing(
     `side` the sign of M3 before the crossing, `begin` goes into the result, and `passed` is the
     time since the beginning, t'.
     """
-    growth = numbers.growth
+    growth, units = numbers.growth, numbers.units
     apart = distances(bounds[0], growth)
     # |M3| of the orbits at the end of the step, and a first guess of the way from there.
     M3 = end[2].bound + apart[2]
-    late = apart[2] + M3
+    late = (apart[2] + M3) / numbers.unit
     for _ in range(BOUND_TRIALS):
         # In this box M3 changes at the rate `slowest` at least, so an orbit that stays in it
-        # crosses within `time`. It does stay, if `time` times the largest rate is at most `late`.
-        box = [s.range + arb(0, e + late) for s, e in zip(end, apart, strict=True)]
+        # crosses within `time`. It does stay, if `time` times the largest rate is at most `late`,
+        # each component counted in its unit.
+        wide = zip(end, apart, units, strict=True)
+        box = [s.range + arb(0, e + late * unit) for s, e, unit in wide]
         rates = aligned(box, numbers.field)
-        fastest = largest(map(abs, rates))
+        fastest = largest(abs(rate) / unit for rate, unit in zip(rates, units, strict=True))
         slowest = (-side * rates[2]).lower()
         if not slowest > 0:
             break
@@ -326,7 +328,7 @@ def crossing(
         )
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
         for of, j in zip(slopes, (small, 5), strict=True):
-            of.append(end[j].partial(name).widened(off[j] + timed))
+            of.append(end[j].partial(name).widened(off[j] + timed * units[j]))
     if mirrored:
         d, g = -d, -g
         slopes = [[-each for each in of] for of in slopes]

@@ -298,13 +298,18 @@ def test_C4_M3_leaves_zero_and_returns_once(
 def crossing(
     stored: Stored, end: list[dict[Any, int]], bounds: list[float], side: int = 1
 ) -> list[Callable[[], Any]]:
-    """C5 by both, of ends of steps as terms and bounds on their distance."""
+    """C5 by both, of ends of steps as terms and bounds on their distance, in any units."""
+    end = [
+        {at: w if j > 2 else round(w * 2.0**stored.k) for at, w in each.items()}
+        for j, each in enumerate(end)
+    ]
     states, theirs = [Family.of(x, BITS) for x in end], [offered.series(x, BITS) for x in end]
+    bounds = [2.0**stored.k * x for x in bounds]
     balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
     own: Any = stored.numbers, states, balls, side, [], arb(0)
     return [
         lambda: passages.crossing(*own),
-        lambda: check_passages.crossing(problem(), theirs, exactly, side),
+        lambda: check_passages.crossing(stored.problem, theirs, exactly, side),
     ]
 
 
@@ -331,6 +336,16 @@ def test_C5_a_rate_of_M3_of_either_sign(stored: Stored) -> None:
     same_limit("C5: M3", 1.0, 1e-9, both)
 
 
+def across(found: Any) -> list[Any]:
+    """Coordinates d and g of crossings and the derivatives of d and of g, of the package."""
+    return [found.d, found.g, *found.slopes[0], *found.slopes[1]]
+
+
+def across_too(found: Any) -> list[Any]:
+    """The same of the second checker."""
+    return [found.d, found.g, *(row[j] for j in (0, 1) for row in found.slopes)]
+
+
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("Q", [0.25, -0.25])
 def test_C5_and_C7_crossings_are_the_same_for_both(stored: Stored, side: int, Q: float) -> None:
@@ -340,19 +355,28 @@ def test_C5_and_C7_crossings_are_the_same_for_both(stored: Stored, side: int, Q:
     # M3 is so far from zero that derivatives change on the way.
     end = by_lot(1e-5, *large, side * 5e-5, -side * SINE, side * SINE, 0.1)
     ends = [{at: w for at, w in each.items() if not at[0]} for each in end.terms]
-    mine, theirs = (check() for check in crossing(stored, ends, [1e-7, 1e-4, 2e-4, 3e-4], side))
+    bounds = [1e-7, 1e-4, 2e-4, 3e-4]
+    mine, theirs = (check() for check in crossing(stored, ends, bounds, side))
     assert mine.right == bool(theirs.symbol)
     assert mine.late == pytest.approx(float(theirs.time.above), rel=1e-3)
     # The crossing may come before the end of the last step, or after it.
     assert np.diff(mine.duration) == pytest.approx(2 * mine.late, rel=1e-6, abs=0)
     for one, other in zip(mine.box, theirs.box, strict=True):
         assert float(one.mid()) == pytest.approx((other.low + other.high) / 2 / 2**Interval.digits)
-    families = [mine.d, mine.g, *mine.slopes[0], *mine.slopes[1]]
-    rows = [theirs.d, theirs.g, *(row[k] for k in (0, 1) for row in theirs.slopes)]
+    families, rows = across(mine), across_too(theirs)
     for family, row in zip(families, rows, strict=True):
         assert family.error / 2**family.bits == pytest.approx(row.error / 2**row.digits, rel=1e-3)
         assert float(family.bound) == pytest.approx(float(row.most), rel=1e-3)
         assert offered.value(family, 0.3, 0.2, 0.1) * float(row.ball().low + row.ball().high) >= 0
+    # In other units derivatives are told as well as in these; g has none.
+    errors = [row.error / 2**row.digits for row in rows]
+    for k in (-9, 9):
+        own, again = (check() for check in crossing(Stored(k), ends, bounds, side))
+        for other, digits in ((across(own), "bits"), (across_too(again), "digits")):
+            found = [x.error / 2 ** getattr(x, digits) for x in other]
+            units = [2.0**k if j in (0, 2, 3, 4) else 1.0 for j in range(len(found))]
+            wanted = [unit * x for unit, x in zip(units, errors, strict=True)]
+            assert found == pytest.approx(wanted, rel=1e-3)
 
 
 # ---- C6 along a line of starts
