@@ -714,9 +714,12 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
 
 
 def bounded(file: Any, length: int) -> None:
-    """Refuse arrays in other files, and too many bytes for the file's own, before any is read."""
+    """Refuse another format, arrays in other files, and too many bytes, before any is read."""
     import h5py
 
+    version = file.attrs.get("format_version")
+    if isinstance(version, str) or str(version) != "1":
+        raise Refused(f"its format version is {str(version)[:60]!r}, and the number 1 is read")
     waiting, left = [("", file)], RATIO * length + SPARE
     while waiting:
         place, group = waiting.pop()

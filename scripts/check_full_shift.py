@@ -40,7 +40,17 @@ from scripts.check_certificate import (
     stated_by,
 )
 from scripts.check_coverings import Proven, prove
-from scripts.check_pieces import ENERGIES, LINE, MOST, PROOF, QUAD, quads_of, steps_of_sets, whole
+from scripts.check_pieces import (
+    ENERGIES,
+    LINE,
+    MOST,
+    PROOF,
+    QUAD,
+    doubles,
+    quads_of,
+    steps_of_sets,
+    whole,
+)
 from scripts.check_sections import Line, Quad, Step, words_on_phases
 from scripts.check_series import DIGITS, below
 
@@ -73,17 +83,12 @@ def read(path: Path) -> Read:
         with h5py.File(path) as file:
             bounded(file, path.stat().st_size)
             config = json.loads(file["config"].asstr()[()])
-            sets, starts = (
-                {k: file[f"data/{group}/{k}"][()] for k in names}
-                for group, names in (("sets", QUAD), ("line", LINE))
-            )
-            proof = whole(file["data/proof"], PROOF)
-            several = {
-                k: file[f"data/energies/{k}"][()] for k in ENERGIES if "energies" in file["data"]
-            }
-            if "wide" in file["data/line"]:
-                starts["wide"] = file["data/line/wide"][()]
-            before = {k: file[f"data/approach/{k}"][()] for k in QUAD if "approach" in file["data"]}
+            data = file["data"]
+            sets, proof = doubles(data["sets"], QUAD), whole(data["proof"], PROOF)
+            wide = ("wide",) if "wide" in data["line"] else ()
+            starts = doubles(data["line"], (*LINE, *wide))
+            several = doubles(data["energies"], ENERGIES) if "energies" in data else {}
+            before = doubles(data["approach"], QUAD) if "approach" in data else {}
         moves = several.get("moves", [[]] * len(sets["a"]))
         shift, spread = (Fraction(float(several.get(k, 0))) for k in ("shift", "spread"))
         if len(moves[0]) > MOST["curve"] or spread < 0:
@@ -93,10 +98,10 @@ def read(path: Path) -> Read:
         quads = list(quads_of(sets, moves))
         approach = list(quads_of(before, [[]] * len(before["a"]))) if before else []
         line = [Fraction(float(starts[name])) for name in LINE]
-        wide = Fraction(float(starts.get("wide", 0)))
+        aside = Fraction(float(starts.get("wide", 0)))
         line_moves = [Fraction(float(x)) for x in several.get("line", [])]
         orbits = steps_of_sets(proof, len(quads) + 1 + len(approach))
-        return Read(config, quads, approach, [*line, line_moves, wide], orbits, shift, spread)
+        return Read(config, quads, approach, [*line, line_moves, aside], orbits, shift, spread)
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
@@ -145,7 +150,7 @@ def check(path: Path, given: Path | None = None) -> str:
         name = "h" if config["problem"].get("h") is not None else "h0"
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", name)}
         action = config["problem"]["J1_0"]
-        triples = [", ".join(problem[key]) for key in ("A", "r") if len(problem[key]) == 3]
+        triples = [", ".join(problem[key]) for key in ("A", "r")]
         of = f"A = {triples[0]}; r = {triples[1]}; mu = {problem['mu']}; {name} = {problem[name]}"
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None

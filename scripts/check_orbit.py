@@ -28,7 +28,16 @@ from scripts.check_certificate import (
     stated_by,
 )
 from scripts.check_coverings import prove_link
-from scripts.check_pieces import ENERGIES, LINE, PROOF, QUAD, quads_of, steps_of_sets, whole
+from scripts.check_pieces import (
+    ENERGIES,
+    LINE,
+    PROOF,
+    QUAD,
+    doubles,
+    quads_of,
+    steps_of_sets,
+    whole,
+)
 from scripts.check_sections import Line, phases, problem_of, words_on_phases
 from scripts.check_series import DIGITS
 
@@ -60,12 +69,10 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         with h5py.File(path) as file:
             bounded(file, path.stat().st_size)
             config = json.loads(file["config"].asstr()[()])
-            sets, starts = (
-                {k: file[f"data/{group}/{k}"][()] for k in names}
-                for group, names in (("sets", QUAD), ("line", LINE))
-            )
-            proof = whole(file["data/proof"], PROOF)
-            energies = {k: exactly(file[f"data/energies/{k}"][()]) for k in ENERGIES[:2]}
+            data = file["data"]
+            sets, starts = doubles(data["sets"], QUAD), doubles(data["line"], LINE)
+            proof = whole(data["proof"], PROOF)
+            energies = {k: exactly(x) for k, x in doubles(data["energies"], ENERGIES[:2]).items()}
         if len(sets["rising"]) > SETS or sets["p"].shape[1:] != (2,):
             raise Refused(f"there are more than {SETS} sets, or their curves are no lines")
         quads = list(quads_of(sets, [[]] * len(sets["p"])))
@@ -82,7 +89,11 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
 def each(proof: dict[str, Any], which: Sequence[int], n: int) -> Iterator[dict[str, Any]]:
     """The arrays of the steps of some of n sets, one after the other: no others have any."""
     of, terms = ([int(x) for x in proof[name]] for name in ("family", "terms"))
-    if len(of) != len(terms) or any(x < 1 for x in terms) or sum(terms) != len(proof["powers"]):
+    if (
+        not len(of) == len(terms) == len(proof["bits"])
+        or any(x < 1 for x in terms)
+        or not sum(terms) == len(proof["powers"]) == len(proof["coefficients"])
+    ):
         raise Refused("steps are not as many as they say")
     first, row = 0, 0
     for k in which:

@@ -11,7 +11,7 @@ from scripts.check_sections import Bounds, Line, Problem, Quad, Step, beginning,
 from scripts.check_series import ALONG, ENERGY, PARTS, Series, above, around, below, orders, size
 
 WIDEST = Fraction(1, 4096)
-"""Largest radius of a tube."""
+"""Largest radius of a tube, in the unit of momenta."""
 STEEP = 64
 """Largest exponent of a bound's growth over a step."""
 
@@ -23,9 +23,9 @@ class Arrival(NamedTuple):
     g: Series
     symbol: int
     box: list[Interval]
-    """Q, gamma1 and gamma2 of all of them."""
+    """Q, gamma1 and gamma2 of all of them, Q in its unit."""
     begin: list[Interval]
-    """Q, gamma1 and gamma2 of the polynomials at the beginning; empty for a line."""
+    """The same three of the polynomials at the beginning; empty for a line."""
     time: Interval
     """The time of the passage, t'."""
     slopes: Sequence[tuple[Series, ...]]
@@ -76,8 +76,10 @@ def tube(
     """The bound on the distance over a step, less than a tube's radius, and the factor of growth.
 
     `begin` is epsilon + 2 delta, and growth is bounded at `away` times the radius from the
-    polynomials: 1 at the orbits themselves. Fails under `name` if no tube up to `widest` holds.
+    polynomials: 1 at the orbits themselves. Fails under `name` if no tube up to `widest`, in the
+    unit of momenta, holds.
     """
+    widest = widest * p.unit
     sizes, radius = [x.size for x in step.states[2].on_parts()], min(4 * begin, widest)
     while True:
         E = away * Interval.of(radius)
@@ -117,7 +119,7 @@ def carried(p: Problem, step: Step, begin: Bounds, leaps: Bounds) -> Bounds:
     for x, slope, changed in zip(along, slopes, lengths, strict=True):
         # The derivative of f differs between orbits and polynomials, by the second derivative times
         # their distance; where the length depends on the variable, so does f itself.
-        bent = p.bending * length * slope + p.steepness(size + WIDEST) * changed
+        bent = p.bending * length * slope + p.steepness(size + WIDEST * p.unit) * changed
         found.append(growth * (x + 2 * bent * first))
     # Rounded upward to fewer digits: fractions that are multiplied over and over grow long.
     return [above(x) for x in found]
@@ -142,6 +144,7 @@ def crossing(p: Problem, end: list[Series], bounds: Bounds, side: int) -> Arriva
     apart = p.apart(bounds[0])
     box, time, slowest = last_box(p, end, apart, side)
     rates = list(map(size, p.field(box)))
+    fastest = max(x / unit for x, unit in zip(rates, p.units, strict=True))
     places = [x.wider(e + time * rate) for x, e, rate in zip(end, apart, rates, strict=True)]
     # Derivatives change on the way to the crossing, and with the time of the crossing, whose
     # derivative is that of M3 over the rate of M3.
@@ -152,9 +155,10 @@ def crossing(p: Problem, end: list[Series], bounds: Bounds, side: int) -> Arriva
         moved = [state.partial(i) for state in end]
         most = p.norm(*(x.most for x in moved)) + bounds[i]
         off = p.apart(bounds[i] + more * most)
-        timed = (moved[2].most + off[2]) * max(rates) / slowest
-        slopes.append([x.wider(e + timed) for x, e in zip(moved, off, strict=True)])
-    return reached([places, *slopes], box, side)._replace(time=around(0, time))
+        timed = (moved[2].most + off[2]) * fastest / slowest
+        every = zip(moved, off, p.units, strict=True)
+        slopes.append([x.wider(e + timed * unit) for x, e, unit in every])
+    return reached(p, [places, *slopes], box, side)._replace(time=around(0, time))
 
 
 def last_box(
@@ -162,24 +166,25 @@ def last_box(
 ) -> tuple[list[Interval], Fraction, Fraction]:
     """C5: a box in which orbits stay until they cross, their time, and the least rate of |M3|."""
     M3 = end[2].most + apart[2]
-    room = M3 + apart[2]
+    room = (M3 + apart[2]) / p.unit
     for _ in range(4):
         # In this box |M3| falls at the rate `slowest` at least: an orbit that stays in it crosses
-        # within `time`. It does stay, if it moves by `room` at most in that time.
-        box = [state.ball(e + room) for state, e in zip(end, apart, strict=True)]
+        # within `time`. It does stay, if it moves by `room` at most in that time, in any unit.
+        every = zip(end, apart, p.units, strict=True)
+        box = [state.ball(e + room * unit) for state, e, unit in every]
         rates = p.field(box)
         slowest = below(-side * rates[2])
         if slowest <= 0:
             break
         time = M3 / slowest
-        moved = time * max(map(size, rates))
+        moved = time * max(size(x) / unit for x, unit in zip(rates, p.units, strict=True))
         if moved <= room:
             return box, time, slowest
         room = 2 * moved
     raise Fails("C5: M3 crosses zero too slowly")
 
 
-def reached(places: list[list[Series]], box: list[Interval], side: int) -> Arrival:
+def reached(p: Problem, places: list[list[Series]], box: list[Interval], side: int) -> Arrival:
     """C5: the side on which the orbits cross, by the sign of the large Q, and where they do."""
     large = 1 if side > 0 else 0
     if box[large].low <= 0 <= box[large].high:
@@ -188,7 +193,7 @@ def reached(places: list[list[Series]], box: list[Interval], side: int) -> Arriv
     (d, g), *along = ((x[1 - large] * sign, x[5] * sign) for x in places)
     # Derivatives in all of u, v and w are asked for, or none; that of w itself is 0, 0 and 1.
     slopes = [(*each, Series.of(int(i == 3))) for i, each in zip(ALONG, along, strict=False)]
-    there = [sign * box[large], box[3], box[4]]
+    there = [sign * box[large] / p.unit, box[3], box[4]]
     return Arrival(d, g, int(sign == side), there, [], Interval.of(0), slopes)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -28,6 +28,14 @@ def whole(group: Any, dimensions: dict[str, int]) -> dict[str, Any]:
         if group[name].ndim != n or group[name].dtype.kind not in "iu":
             raise Refused(f"{name} has another shape or kind")
     return {name: group[name][()] for name in dimensions}
+
+
+def doubles(group: Any, names: Iterable[str]) -> dict[str, Any]:
+    """Arrays of doubles as a file holds them, and `rising`; raises Refused for any others."""
+    for name in names:
+        if group[name].dtype.kind != ("b" if name == "rising" else "f"):
+            raise Refused(f"{name} holds no numbers of its kind")
+    return {name: group[name][()] for name in names}
 
 
 def quads_of(sets: dict[str, Any], moves: Any) -> Iterator[Quad]:

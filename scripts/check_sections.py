@@ -28,7 +28,7 @@ from scripts.check_series import ALONG, DIGITS, ENERGY, Series, above, orders, s
 Bounds: TypeAlias = list[Fraction]
 """Bounds on the norm of a difference, and on those of its derivatives in the variables `along`."""
 ALONE, THIN = Fraction(1, 32), Fraction(1, 2**20)
-"""Half-widths of boxes with one point of the section, or of a line."""
+"""Half-widths of boxes with one point of the section, or of a line; of momenta in their unit."""
 
 
 class Problem(NamedTuple):
@@ -53,8 +53,15 @@ class Problem(NamedTuple):
     Omega: Interval
     w: Interval
     """The weight of gamma, an exact number."""
+    unit: Fraction
+    """That of momenta, a power of two next to |M|."""
     along: tuple[int, ...] = ALONG
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
+
+    @property
+    def units(self) -> list[Fraction]:
+        """Units of the components of a state: gamma has none."""
+        return [*[self.unit] * 3, *[Fraction(1)] * 3]
 
     @property
     def energies(self) -> Series:
@@ -106,7 +113,7 @@ class Problem(NamedTuple):
 
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants of a config's numbers, with `shift` and `spread` of its energies."""
-    if not len(given["A"]) == len(given["r"]) == 3:
+    if not all(isinstance(given[k], list | tuple) and len(given[k]) == 3 for k in ("A", "r")):
         raise Refused("A or r is not three numbers")
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
     held, shift, spread = "h" not in given, given.get("shift", 0), given.get("spread", 0)
@@ -122,7 +129,11 @@ def problem_of(given: dict[str, Any]) -> Problem:
     omega = (kappa - c * c) / (2 * c), (kappa + s * s) / (2 * s), kappa
     F = larger(hypotenuse(a, b), sigma * mu.size)
     Omega = larger(two * larger(omega[0].size, omega[1].size), kappa.size / sigma)
-    w = sqrt(Omega / F) if F.low << 32 > Omega.high else Interval.of(2**16)
+    # The largest power of two that is no larger than the upper end.
+    tall = (sqrt(2 * (h + shift) / kappa) * (1 + Fraction(1, 2**20))).high
+    unit = Fraction(1 << tall.bit_length() - 1, 1 << Interval.digits)
+    lightest = Omega * (unit / 2**16) ** 2
+    w = sqrt(Omega / F) if F.low > lightest.high else Interval.of(2**16 / unit)
     return Problem(
         lam=lam,
         a=a,
@@ -137,6 +148,7 @@ def problem_of(given: dict[str, Any]) -> Problem:
         F=F,
         Omega=Omega,
         w=Interval(w.low, w.low),
+        unit=unit,
     )
 
 
@@ -210,7 +222,8 @@ class Step(NamedTuple):
 def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Bounds]:
     """C1: the points of a set near given polynomials, each the only one nearby.
 
-    Returns Q, gamma1 and gamma2 of the polynomials, and how far they are from the points.
+    Returns Q, gamma1 and gamma2 of the polynomials, Q in its unit, and how far they are from the
+    points.
     """
     y = [state.at(0, -1) for state in step.states]
     d, g = quad.place()
@@ -230,27 +243,33 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Bound
     ]
 
     def matrix(one: int, *at: Interval) -> list[list[Any]]:
-        """Derivatives of the residual in Q, gamma1 and gamma2, linear in `one` and in `at`.
+        """Derivatives of the residual in Q, gamma1 and gamma2 in their units.
 
-        With one = 0 and derivatives of states they are their derivatives.
+        They are linear in `one` and in `at`: with one = 0 and derivatives of states they are their
+        derivatives.
         """
         q, y1, y2, away = at
         n1, n2 = p.momenta(q, away, side)
         by = m1, m2 * side
         return [
-            [y1 * by[0] + y2 * by[1], n1, n2],
+            [(y1 * by[0] + y2 * by[1]) * p.unit, n1, n2],
             [Interval.of(0), 2 * y1, 2 * y2],
-            [kappa * (n1 * by[0] + n2 * by[1]) - away / 2, *(one * x for x in p.mu)],
+            [
+                (kappa * (n1 * by[0] + n2 * by[1]) - away / 2) * p.unit,
+                *(one * x for x in p.mu),
+            ],
         ]
 
-    J = matrix(1, Q.ball(ALONE), g1.ball(ALONE), g2.ball(ALONE), d.ball())
+    alone = ALONE * p.unit
+    J = matrix(1, Q.ball(alone), g1.ball(ALONE), g2.ball(ALONE), d.ball())
     turned = {i: matrix(0, *(x.partial(i).ball() for x in (Q, g1, g2, d))) for i in p.along}
     near = solution(residual, J, turned, ALONE)
-    if Q.ball(ALONE).low <= 0:
+    if Q.ball(alone).low <= 0:
         raise Fails("C1: the large Q is not shown to be positive at the points of a set")
     off = {1 - large: y[1 - large] - d, 2: y[2], 5: y[5] - g}
-    apart = [orders(off[j], p.along) if j in off else near for j in range(6)]
-    return [Q.ball(), g1.ball(), g2.ball()], p.norms(apart)
+    apart = {j: orders(x, p.along) for j, x in off.items()}
+    apart |= {large: [x * p.unit for x in near], 3: near, 4: near}
+    return [Q.ball() / p.unit, g1.ball(), g2.ball()], p.norms([apart[j] for j in range(6)])
 
 
 def line_beginning(p: Problem, line: Line, step: Step) -> Bounds:
@@ -279,27 +298,32 @@ def line_beginning(p: Problem, line: Line, step: Step) -> Bounds:
     ]
 
     def matrix(one: int, *at: Interval) -> list[list[Any]]:
-        """Derivatives of the residual in Qp, M3 and gamma, as those of a set's."""
+        """Derivatives of the residual in Qp, M3 and gamma in their units, as those of a set's."""
         q, m, y1, y2, y3, d = at
         n1, n2 = p.momenta(q, d)
         mu1, mu2, action, e1, e2 = (
             one * Interval.of(x) for x in (*weight, 4 * J1, line.e1, line.e2)
         )
-        return [
+        rows = [
             [m1 * y1 + m2 * y2, y3, n1, n2, m],
             [zero, zero, 2 * y1, 2 * y2, 2 * y3],
             [kappa * (n1 * m1 + n2 * m2) - d / 2, kappa * m, mu1, mu2, zero],
             [2 * q * square, action, zero, zero, zero],
             [zero, zero, e1, e2, zero],
         ]
+        return [[x * p.unit, y * p.unit, *others] for x, y, *others in rows]
 
     unknown = (Qp, M3, g1, g2, g3)
     turned = {i: matrix(0, *(x.partial(i).ball() for x in (*unknown, aside))) for i in p.along}
-    J = matrix(1, *(x.ball(THIN) for x in unknown), aside.ball())
+    thin = THIN * p.unit
+    begin = Qp.ball(thin), M3.ball(thin)
+    J = matrix(1, *begin, *(x.ball(THIN) for x in unknown[2:]), aside.ball())
     near = solution(residual, J, turned, THIN)
-    if Qp.ball(THIN).low <= 0 or M3.ball(THIN).high >= 0:
+    if begin[0].low <= 0 or begin[1].high >= 0:
         raise Fails("C1: Qp > 0 > M3 is not shown at the starts")
-    return p.norms([near, orders(Qm - aside, p.along), near, near, near, near])
+    of_momenta = [x * p.unit for x in near]
+    off = of_momenta, orders(Qm - aside, p.along), of_momenta, near, near, near
+    return p.norms(off)
 
 
 def solution(

@@ -73,7 +73,7 @@ def bodies(chance: random.Random) -> Iterator[dict[str, str]]:
 def angle_of(drawn: dict[str, str]) -> float:
     """The angle at which the surfaces cross; raises MapError where there is no return map."""
     body = Body(drawn["A"].split(", "), drawn["r"].split(", "), drawn["mu"])
-    return min(horseshoe.angles(horseshoe.ShiftProblem(body, exact("1"), 1)))
+    return horseshoe.angle_of(horseshoe.ShiftProblem(body, exact("1"), 1))
 
 
 def tried(drawn: dict[str, str], folder: Path, second: bool) -> tuple[str, str, str, str]:

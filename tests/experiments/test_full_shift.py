@@ -80,12 +80,14 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
     for changes in ([], OTHER, ["problem.lengths=2"]):
         with pytest.raises(ArithmeticError, match="nothing is proven"):
             full_shift.compute(asked("full_shift", *changes), Means())
-    own, narrow, wide, two = (setting for (setting, _), _ in found.call_args_list)
+    own, narrow, wide, finer, two = (setting for (setting, _), _ in found.call_args_list)
     assert (own.half_turns, own.bits) == (14, 60)
     assert narrow.half_turns > 14
     assert 62 < narrow.bits <= horseshoe.MOST_BITS
-    words = [x.described.partition(" half")[2] for x in (narrow, wide)]
-    assert words == [" rotations", " rotations, in wider sets"]
+    words = [x.described.partition(" half")[2] for x in (narrow, wide, finer)]
+    others = [" rotations, in wider sets", " rotations, with 6 more bits"]
+    assert words == [" rotations", *others]
+    assert finer == narrow._replace(bits=narrow.bits + 6, more=6)
     assert (narrow.width, wide.width) == (horseshoe.WIDTH, horseshoe.WIDER)
     assert two.lengths == 2
 

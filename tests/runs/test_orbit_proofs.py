@@ -97,6 +97,12 @@ def at(place: str, index: Any, value: Callable[[Any], Any]) -> Change:
     return change
 
 
+def longer(file: Any) -> None:
+    bits = file["data/proof/bits"][()]
+    del file["data/proof/bits"]
+    file["data/proof/bits"] = np.concatenate((bits, bits))
+
+
 def fractions(file: Any) -> None:
     bits = file["data/proof/bits"][()] + 0.5
     del file["data/proof/bits"]
@@ -123,6 +129,7 @@ def fractions(file: Any) -> None:
         (at("sets/b", 2, lambda x: x / 1e3), "C"),
         (at("sets/rising", 2, lambda x: not x), "C6: the next set is not one"),
         (at("proof/family", -1, lambda _: 0), "C|out of order"),
+        (longer, "another shape than the rest|not as many as they say"),
         (fractions, "bits does not hold whole numbers|another shape or kind"),
         (at("proof/coefficients", None, lambda x: x + (1 << 30)), "C"),
     ],

@@ -112,7 +112,18 @@ def ball_of(x: Exact) -> arb:
 
 
 HEAVIEST = 2**16
-"""Largest weight w of gamma; without a torque the best one would be infinite."""
+"""Largest weight w of gamma times the unit of M; without a torque the best one is infinite."""
+
+
+def momentum_unit(J2: arb) -> arb:
+    """The unit 2^k in which an action J2, and so M, is about one: 2^k <= J2 (1 + 2^-20) < 2^(k+1).
+
+    A power of two rounds nothing.
+    """
+    # The factor lifts a J2 that is itself a power of two off the boundary, so that rounding does
+    # not decide its unit.
+    mantissa, exponent = (J2 * (1 + arb(2) ** -20)).mid().man_exp()
+    return arb(2) ** (int(exponent) + int(mantissa).bit_length() - 1)
 
 
 class LogarithmicNorm(NamedTuple):
@@ -130,8 +141,8 @@ class LogarithmicNorm(NamedTuple):
     """Omega, a bound on |omega| of a unit M of that norm."""
 
     @classmethod
-    def of(cls, c: AlignedCoefficients) -> LogarithmicNorm:
-        """Constants from the coefficients of the aligned equations, balls."""
+    def of(cls, c: AlignedCoefficients, unit: arb) -> LogarithmicNorm:
+        """Constants from the coefficients of the aligned equations, and a unit of M, balls."""
         saddle = arb(c.half_sigma)
         # With sigma^2 = 2 lambda^2 the free body's own terms cancel in the lemma, except its
         # saddle. By F and Omega, which follow, gamma and momentum drive each other.
@@ -140,7 +151,8 @@ class LogarithmicNorm(NamedTuple):
         turning = (arb(2).sqrt() * abs(c.omega1).max(abs(c.omega2))).max(abs(c.kappa) / upright)
         # The weight at which w F = Omega/w, where their sum is least. Any number is valid, so the
         # midpoint is taken as exact.
-        best = (turning / torque).sqrt() if torque > arb(HEAVIEST) ** -2 * turning else HEAVIEST
+        most = HEAVIEST / unit
+        best = (turning / torque).sqrt() if torque * most**2 > turning else most
         return cls(saddle, upright, arb(best).mid(), torque, turning)
 
     def rate(self, M3: arb, radius: arb) -> arb:

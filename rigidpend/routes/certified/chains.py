@@ -153,7 +153,7 @@ def links(
     # 1/(exponent * distance).
     away = 1 / (float(level.exponent[0, 0]) * np.abs(slopes[:, 1, 0]))
     most = [min(SHARE * float(away[k]), WIDE * frame.wide(k)) for k in range(n)]
-    end = LOOSE
+    end = LOOSE * setting.momentum
     if ahead := [quad for quad in ahead if quad.rising == (n % 2 == 0)]:
         reach = max(float((abs(quad.l0) + quad.a + quad.b) / abs(quad.l1)) for quad in ahead)
         # dchi'/dd of the last passage turns the reach at its end into a width at its beginning;
@@ -189,7 +189,7 @@ def links(
 
 
 LOOSE = 2.0**-12
-"""Size to which the end of the last passage is known: only its symbol is to be told."""
+"""Share of the momentum to which the last passage's end is known: only its symbol is to be told."""
 
 
 def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
@@ -243,7 +243,8 @@ def _fine(
 
     The bound grows for a time, t'. In u and v functions change by the shares `wide` of their scale
     at the beginning, and in u by `share` at the end."""
-    end = SPARE_BITS - math.log2(least)
+    # Beside gamma, which is 1 in any units, a large momentum counts as 1.
+    end = SPARE_BITS - math.log2(least / max(1.0, setting.momentum))
     bits = min(MOST_BITS, math.ceil(end + GROWTH * setting.rate * time))
     # Each further power in u or v gains as many bits as the share is below 1.
     in_u, in_v = (math.ceil(bits / -math.log2(x)) if x else 1 for x in wide)

@@ -80,11 +80,12 @@ def to_crossing(
         states = IN_PAIRS.floats(ends)[:, 0]
         times = times - states[2] / aligned(states, doubles)[2]
     # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
-    # have fixed lengths, multiples of 2^-10 that are exact in doubles; the last one goes on to the
-    # crossing, and its length is a polynomial.
+    # have fixed lengths, multiples of 2^-10 in the momentum's own unit of time, that are exact in
+    # doubles; the last one goes on to the crossing, and its length is a polynomial.
     longest = min(LENGTH / setting.rate, TURNS * setting.half_turn)
     steps = max(3, math.ceil(float(times.max()) / longest) + 1)
-    length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
+    grains = 2.0 ** (10 + setting.momentum_bits)
+    length = math.floor(float(times.min()) / (steps - 1) * grains) / grains
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
     rest = PairArray.of((times - starts[-1]) / 2)[None, None]
     halves: list[dict[Powers, int]] = [

@@ -71,12 +71,15 @@ class ShiftProblem(NamedTuple):
     """Number of sets of each symbol on a section: of half_turns, 2 more, 4 more and so on."""
     width: float = WIDTH
     """Width of a set over that of the images in it, larger where images are bent."""
+    more: int = 0
+    """Bits beyond the expected ones."""
 
     @property
     def described(self) -> str:
         """Words for the setting, without the body and its energies."""
         wider = ", in wider sets" if self.width > WIDTH else ""
-        return f"{self.half_turns} half rotations{wider}"
+        finer = f", with {self.more} more bits" if self.more else ""
+        return f"{self.half_turns} half rotations{wider}{finer}"
 
     @property
     def shift(self) -> Fraction:
@@ -87,6 +90,11 @@ class ShiftProblem(NamedTuple):
     def momentum(self) -> float:
         """J2/sqrt(2) of the energy: momenta grow with it in other units, while gamma stays 1."""
         return math.sqrt(float(self.h) / self.body.kappa)
+
+    @property
+    def momentum_bits(self) -> int:
+        """Binary digits of the momentum before the point, less one: it is about 2^this."""
+        return math.floor(math.log2(self.momentum))
 
     @property
     def coefficients(self) -> Coefficients:
@@ -220,6 +228,11 @@ def angles(setting: ShiftProblem) -> list[float]:
     return found
 
 
+def angle_of(setting: ShiftProblem) -> float:
+    """The smaller one of both angles, in (d/momentum, chi): it is the same in any units."""
+    return min(angles(setting)) / setting.momentum
+
+
 def quads(setting: ShiftProblem) -> list[Quad]:
     """The sets: of symbols 0 and 1 of upward crossings, then of downward ones."""
     level = setting.level
@@ -275,6 +288,8 @@ TRIALS = 4
 """Numbers of half rotations that are tried, in sets of either width."""
 WIDER = 2.2
 """Width of the sets that are tried where those of `WIDTH` prove nothing."""
+MORE_BITS = 6
+"""Bits beyond the expected ones, with which sets are tried last: a bound may grow faster."""
 MOST_TURNS = 100
 """Largest number of half rotations of a passage."""
 LEAST_ANGLE = 1e-8
@@ -282,7 +297,8 @@ LEAST_ANGLE = 1e-8
 SPARE_BITS, MOST_BITS = 18, 80
 """Bits beyond those of the square of a set's distance from the stable surface, and most bits.
 
-Integration in pairs of doubles knows no more; the bound grows as that distance shrinks."""
+The latter without further ones. Integration in pairs of doubles knows hardly more; the bound grows
+as that distance shrinks."""
 
 
 def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftProblem]:
@@ -294,13 +310,13 @@ def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftPro
     if half_turns:
         yield _with_bits(first, quads(first))
         return
-    if not (angle := min(angles(first))) > LEAST_ANGLE:
+    if not (angle := angle_of(first)) > LEAST_ANGLE:
         said = f"the surfaces of the periodic orbits cross at an angle of {angle:.2g}"
         told = f"as far as the return map tells, and of {LEAST_ANGLE:g} or less no sets are tried"
         raise ArithmeticError(f"{said}, {told}")
     least, tried = math.log(1 / angle), 0
-    for width in (WIDTH, WIDER):
-        for setting in _of_width(first._replace(width=width), least):
+    for width, more in ((WIDTH, 0), (WIDER, 0), (WIDTH, MORE_BITS)):
+        for setting in _of_width(first._replace(width=width, more=more), least):
             tried += 1
             yield setting
     if not tried:
@@ -339,8 +355,11 @@ def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     further = 2 * (setting.lengths - 1) * setting.half_turn
     away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further * setting.rate)
     # Beside gamma, which is 1 in any units, a distance counts as a share of the momentum.
-    away /= max(1.0, setting.momentum)
+    away /= setting.momentum
     # Over a passage orbits part by the factor 1/away, the bound on their distance by more.
     growth = setting.faster * (setting.half_turns * setting.half_turn + further)
     bits = SPARE_BITS + (growth - 2 * math.log(away)) / math.log(2)
-    return setting._replace(bits=min(MOST_BITS, max(FEWEST_BITS, math.ceil(bits))))
+    # Coefficients of momenta below 1 need units that are as much smaller.
+    fine = max(0, -setting.momentum_bits)
+    bits = fine + setting.more + min(MOST_BITS, max(FEWEST_BITS, math.ceil(bits)))
+    return setting._replace(bits=bits)

@@ -17,7 +17,14 @@ from flint import arb, ctx
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import ARB_BITS, ball_of, double_above, start_of, upper
+from rigidpend.routes.certified.balls import (
+    ARB_BITS,
+    ball_of,
+    double_above,
+    momentum_unit,
+    start_of,
+    upper,
+)
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Path, at_ends, on_parts
 from rigidpend.routes.certified.passages import defects, joined, tube
@@ -55,18 +62,10 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
             if bits > ORBIT_BITS:
                 raise Undecided(f"H1: the start cannot be told in {bits} bits")
             return enclosed(problem, theta2_0, 2 * bits)
-        # Divided by it |M| is about one to two, as coefficients in fixed point want it, and a
-        # power of two rounds nothing. The factor lifts a J2 that is itself a power of two off the
-        # boundary, so that rounding does not decide its unit.
-        unit = _power_of_two(J2 * (1 + arb(2) ** -20))
+        # Coefficients in fixed point want |M| to be about one.
+        unit = momentum_unit(J2)
         numbers = Numbers.of(problem.body, problem.h0, bits=bits, unit=unit)
         return Enclosed(numbers.without_derivatives, start_of(*given, unit)[0], unit)
-
-
-def _power_of_two(x: arb) -> arb:
-    """The largest power of two that is no larger than the midpoint of a positive ball."""
-    mantissa, exponent = x.mid().man_exp()
-    return arb(2) ** (int(exponent) + int(mantissa).bit_length() - 1)
 
 
 class ProvenCrossing(NamedTuple):
@@ -113,7 +112,7 @@ class OrbitChecker:
             for parts in PART_COUNTS:
                 M3, beside = at_ends(states[2], parts)
                 sizes = [(abs(a) + abs(b)) / 2 + beside for a, b in pairwise(M3)]
-                self.bound, _ = tube(sizes, half.bound, begin + 2 * leap, self.growth, "H")
+                self.bound, _ = tube(sizes, half.bound, begin + 2 * leap, self.numbers, "H")
                 try:
                     found = self._crossings(states, half.bound, parts)
                     break

@@ -14,7 +14,7 @@ from flint import arb, ctx
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, double_above, upper
+from rigidpend.routes.certified.balls import ARB_BITS, double_above, upper
 from rigidpend.routes.certified.checker import Outgrown, Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
@@ -35,7 +35,7 @@ Kind = TypeVar("Kind", bound=Family)
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
 WIDEST, WIDEST_OF_SET = 2.0**-6, 2.0**-12
-"""Largest radius of a tube: nothing is decided where a distance may be larger."""
+"""Largest radius of a tube in the unit of M: where a distance may be larger nothing is decided."""
 RADIUS_TRIALS, FIRST_RADIUS = 4, 4
 """Trials of a tube's radius, and the first radius over the distance that it has to hold."""
 TUBES = {"C": (WIDEST_OF_SET, 1.0), "H": (WIDEST, 0.5)}
@@ -60,7 +60,7 @@ class Reached(NamedTuple):
     right: bool
     """The symbol: True for 1."""
     box: tuple[arb, arb, arb]
-    """Q, gamma1 and gamma2 of all of them."""
+    """Q, gamma1 and gamma2 of all of them, in their units."""
     bound: float
     """Bound on the distance of the polynomials from the orbits, in the norm."""
     late: float
@@ -68,7 +68,7 @@ class Reached(NamedTuple):
     duration: tuple[float, float]
     """Lower and upper bound on the time of the passage, t'."""
     begin: Sequence[arb]
-    """Q, gamma1 and gamma2 of the polynomials at the beginning; empty for a line of starts."""
+    """The same three of the polynomials at the beginning; empty for a line of starts."""
     slopes: Sequence[Sequence[Family]]
     """Derivatives of d, and of g, in u, v and w; two empty rows where they are not asked for."""
     w: Family = W_FAMILY
@@ -191,9 +191,9 @@ def carried(
     """C3, H3: bounds on the distance over a whole step, and those on its derivatives (C7)."""
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
     sizes = [abs(each).upper() for each in on_parts(states[2], PARTS)]
-    bound, factor = tube(sizes, half.bound, apart, growth, letter)
+    bound, factor = tube(sizes, half.bound, apart, numbers, letter)
     size, *slopes = norms(states, growth, numbers.along)
-    rate = growth.steepness(size + WIDEST_OF_SET)
+    rate = growth.steepness(size + WIDEST_OF_SET * numbers.unit)
     found = [bound]
     for k, (name, slope) in enumerate(zip(numbers.along, slopes, strict=True)):
         # The derivative of f differs between orbits and polynomials by at most its second
@@ -205,7 +205,7 @@ def carried(
 
 
 def tube(
-    sizes: Sequence[arb], half: arb, begin: arb, growth: LogarithmicNorm, letter: str
+    sizes: Sequence[arb], half: arb, begin: arb, numbers: Numbers, letter: str
 ) -> tuple[arb, arb]:
     """C3, H3: a bound on the distance over a whole step, and the factor of its growth.
 
@@ -213,13 +213,14 @@ def tube(
     `begin` is the distance at the beginning with what the step's defect adds. Outgrown where the
     tube would be too wide.
     """
-    (widest, share), length = TUBES[letter], 2 * half / len(sizes)
+    (room, share), growth = TUBES[letter], numbers.growth
+    widest, length = room * numbers.unit, 2 * half / len(sizes)
     # A radius is assumed, then verified: as long as the distance is below `assumed` it is at most
     # `grown`, and if that is less, it never reaches `assumed`. The rate depends on it but little.
     assumed = FIRST_RADIUS * begin
     for _ in range(RADIUS_TRIALS):
         # A wider tube decides nothing, and the rate would be larger in it.
-        assumed = assumed.min(arb(widest))
+        assumed = assumed.min(widest)
         wide = share * assumed / growth.upright
         rates = (growth.rate(size + wide, 2 * share * assumed) for size in sizes)
         factor = (sum(rates, arb(0)) * length).exp()
@@ -231,7 +232,7 @@ def tube(
             break
         assumed = 2 * grown
     said = f"{letter}3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
-    raise Outgrown(f"{said}, and within {widest:.3g} is needed; more bits would help")
+    raise Outgrown(f"{said}, and within {float(widest):.3g} is needed; more bits would help")
 
 
 def signs_on_parts(
@@ -285,17 +286,19 @@ def crossing(
     `side` the sign of M3 before the crossing, `begin` goes into the result, and `passed` is the
     time since the beginning, t'.
     """
-    growth = numbers.growth
+    growth, units = numbers.growth, numbers.units
     apart = distances(bounds[0], growth)
     # |M3| of the orbits at the end of the step, and a first guess of the way from there.
     M3 = end[2].bound + apart[2]
-    late = apart[2] + M3
+    late = (apart[2] + M3) / numbers.unit
     for _ in range(BOUND_TRIALS):
         # In this box M3 changes at the rate `slowest` at least, so an orbit that stays in it
-        # crosses within `time`. It does stay, if `time` times the largest rate is at most `late`.
-        box = [s.range + arb(0, e + late) for s, e in zip(end, apart, strict=True)]
+        # crosses within `time`. It does stay, if `time` times the largest rate is at most `late`,
+        # each component counted in its unit.
+        wide = zip(end, apart, units, strict=True)
+        box = [s.range + arb(0, e + late * unit) for s, e, unit in wide]
         rates = aligned(box, numbers.field)
-        fastest = largest(map(abs, rates))
+        fastest = largest(abs(rate) / unit for rate, unit in zip(rates, units, strict=True))
         slowest = (-side * rates[2]).lower()
         if not slowest > 0:
             break
@@ -325,14 +328,14 @@ def crossing(
         )
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
         for of, j in zip(slopes, (small, 5), strict=True):
-            of.append(end[j].partial(name).widened(off[j] + timed))
+            of.append(end[j].partial(name).widened(off[j] + timed * units[j]))
     if mirrored:
         d, g = -d, -g
         slopes = [[-each for each in of] for of in slopes]
     Q = -box[large] if mirrored else box[large]
     # From separatrix 2 the next is 3 (symbol 1) or 1 (0); from 3 it is 4 (1) or 2 (0).
     right = (not mirrored) if side > 0 else mirrored
-    there = (Q, box[3], box[4])
+    there = (Q / numbers.unit, box[3], box[4])
     duration = -double_above(time - passed), double_above(passed + time)
     ends = double_above(bounds[0]), double_above(time)
     return Reached(d, g, right, there, *ends, duration, begin, slopes)

@@ -259,7 +259,8 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
     ValueError where they do not fit each other or exceed a limit.
     """
     # Integers of Python, for those of NumPy overflow silently.
-    ends = list(itertools.accumulate(map(int, data["terms"])))
+    counts = list(map(int, data["terms"]))
+    ends = list(itertools.accumulate(counts))
     if not ends or ends[-1] != len(data["powers"]) or np.min(data["terms"]) < 1:
         raise ValueError("the steps have other terms than are stored")
     if np.min(data["bits"]) < 1 or np.max(data["bits"]) > MOST_BITS:
@@ -267,7 +268,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
     if np.min(data["powers"]) < 0 or np.max(data["powers"]) > MOST_DEGREE:
         raise ValueError(f"a term has a degree of less than 0 or more than {MOST_DEGREE}")
     found: list[list[FamilyStep]] = [[] for _ in range(n)]
-    for of, bits, end, terms in zip(data["family"], data["bits"], ends, data["terms"], strict=True):
+    for of, bits, end, terms in zip(data["family"], data["bits"], ends, counts, strict=True):
         if not 0 <= of < 2 * n or len(found[of % n]) == MOST_STEPS:
             raise ValueError(f"a step is of no set, or a set has more than {MOST_STEPS} steps")
         step = _step(int(bits), *(data[name][end - terms : end] for name in OF_TERMS))

@@ -23,6 +23,7 @@ from rigidpend.routes.certified.balls import (
     LogarithmicNorm,
     angles,
     double_above,
+    momentum_unit,
     upper,
 )
 from rigidpend.routes.certified.checker import Undecided
@@ -100,6 +101,8 @@ class Numbers(NamedTuple):
     h: arb
     spread: Fraction
     """The energies are h + spread w, |w| <= 1."""
+    unit: arb
+    """A power of two next to |M|, in which boxes and tubes are so wide."""
     h0: arb | None
     """Energy constant kappa J2_0^2/2 of starts of one J2_0; None if starts have these energies."""
     along: str = PARAMETERS
@@ -132,8 +135,15 @@ class Numbers(NamedTuple):
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
             held = None if h0 is None else arb(h0.over(BALLS))
             middle = arb(h.over(BALLS))
+            own = momentum_unit((2 * middle / p.kappa).sqrt() / unit)
         with ctx.workprec(ARB_BITS):
-            return cls(field, LogarithmicNorm.of(field), *to_M, middle, spread, held)
+            growth = LogarithmicNorm.of(field, own)
+            return cls(field, growth, *to_M, middle, spread, own, held)
+
+    @property
+    def units(self) -> list[arb]:
+        """The units of the components of a state: that of M, and 1 for gamma."""
+        return 3 * [self.unit] + 3 * [arb(1)]
 
     @property
     def energies(self) -> Family:
@@ -201,7 +211,9 @@ def largest(balls: Iterable[arb]) -> arb:
 
 
 POINT_BOX, START_BOX = 2.0**-5, 2.0**-20
-"""Half-widths of the boxes in which a point of the section, or of a line of starts, is unique."""
+"""Half-widths of the boxes in which a point of the section, or of a line of starts, is unique.
+
+In the units of the components."""
 
 
 def begun(piece: FamilyStep) -> list[Family]:
@@ -213,8 +225,8 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
     """C1: the points of a set near given polynomials, each the only one nearby.
 
     Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy. Returns
-    the polynomials of these three, as balls, and bounds on the distance of the first step's
-    beginning from the points and on that of its derivatives.
+    the polynomials of these three, as balls in their units, and bounds on the distance of the first
+    step's beginning from the points and on that of its derivatives.
     """
     states, (d, g) = begun(piece), place(quad)
     large, small = (0, 1) if quad.rising else (1, 0)
@@ -225,21 +237,20 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
         weight = numbers.field.mu_r1, numbers.field.mu_r2
         *others, energy = numbers.integrals(at, weight)
 
-        def slopes(one: int, states: Sequence[arb]) -> arb_mat:
+        def slopes(one: int, states: Sequence[arb]) -> list[list[arb]]:
             """Those in Q, gamma1 and gamma2."""
             rows = numbers.slopes(one, states, weight, large)
-            return arb_mat([[row[k] for k in (0, 2, 3)] for row in rows])
+            return [[row[k] for k in (0, 2, 3)] for row in rows]
 
         # The box is that about all points of the set at once, which contains the box of each.
         residual = [*others, energy - numbers.energies]
         box, near = _near(numbers, residual, slopes, at, (large, 3, 4), POINT_BOX)
         if not box[large] > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
-        apart = [
-            orders(states[k] - known[k], numbers.along) if k in known else near for k in range(6)
-        ]
+        off = {k: orders(states[k] - x, numbers.along) for k, x in known.items()} | near
     with ctx.workprec(ARB_BITS):
-        return [states[k].range for k in (large, 3, 4)], normed(apart, numbers.growth)
+        told = [states[k].range / numbers.units[k] for k in (large, 3, 4)]
+        return told, normed([off[k] for k in range(6)], numbers.growth)
 
 
 def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list[arb]:
@@ -269,33 +280,44 @@ def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list
             e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
         ]
 
-        def slopes(one: int, states: Sequence[arb]) -> arb_mat:
+        def slopes(one: int, states: Sequence[arb]) -> list[list[arb]]:
             """Those in Qp, M3 and gamma."""
             zero = arb(0)
             of_J1 = [2 * states[0] * across, one * 4 * J1.range, zero, zero, zero]
             of_place = [zero, zero, one * e1.range, one * e2.range, zero]
-            return arb_mat([*numbers.slopes(one, states, weight, 0), of_J1, of_place])
+            return [*numbers.slopes(one, states, weight, 0), of_J1, of_place]
 
         box, near = _near(numbers, residual, slopes, at, (0, 2, 3, 4, 5), START_BOX)
         if not (box[0] > 0 and box[2] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
-        apart = [near, orders(Qm - aside, numbers.along), near, near, near, near]
+        off = {1: orders(Qm - aside, numbers.along)} | near
     with ctx.workprec(ARB_BITS):
-        return normed(apart, numbers.growth)
+        return normed([off[k] for k in range(6)], numbers.growth)
 
 
 def _near(
     numbers: Numbers,
     residual: Sequence[Family],
-    slopes: Callable[[int, Sequence[arb]], arb_mat],
+    slopes: Callable[[int, Sequence[arb]], list[list[arb]]],
     at: Sequence[Family],
     found: Sequence[int],
     room: float,
-) -> tuple[list[arb], list[arb]]:
-    """The box about states of which some components are to be found, and its :func:`solution`."""
-    box = [x.range + arb(0, room) if k in found else x.range for k, x in enumerate(at)]
-    turned = {name: slopes(0, [x.partial(name).range for x in at]) for name in numbers.along}
-    return box, solution(residual, slopes(1, box), turned, room)
+) -> tuple[list[arb], dict[int, list[arb]]]:
+    """The box about states of which some components are to be found, and bounds on each of these.
+
+    They are the :func:`solution`, with each component in its unit.
+    """
+    units = numbers.units
+
+    def in_units(one: int, states: Sequence[arb]) -> arb_mat:
+        """The slopes along components in their units."""
+        rows = slopes(one, states)
+        return arb_mat([[x * units[k] for k, x in zip(found, row, strict=True)] for row in rows])
+
+    box = [x.range + arb(0, room * units[k]) if k in found else x.range for k, x in enumerate(at)]
+    turned = {name: in_units(0, [x.partial(name).range for x in at]) for name in numbers.along}
+    near = solution(residual, in_units(1, box), turned, room)
+    return box, {k: [x * units[k] for x in near] for k in found}
 
 
 def solution(

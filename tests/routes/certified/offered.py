@@ -154,6 +154,33 @@ def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
     return piece._replace(terms=terms)
 
 
+def for_script(
+    source: Quad | StartLine, steps: Sequence[FamilyStep]
+) -> tuple[Any, list[check_sections.Step]]:
+    """A set or a line with its steps, for the second checker."""
+    other: Any = check_sections.Line(*source) if isinstance(source, StartLine) else quad_of(source)
+    return other, list(map(step, steps))
+
+
+def in_units(k: int, source: Any, orbit: Sequence[FamilyStep]) -> tuple[Any, list[FamilyStep]]:
+    """A set or a line with its steps, M being 2^k times as large: exactly, but for half-lengths."""
+    by, up, down = Fraction(2) ** k, max(k, 0), max(-k, 0)
+    if isinstance(source, Quad):
+        a, b, l0, l1 = (by * x for x in source[1:5])
+        other: Any = Quad(source.rising, a, b, l0, l1, tuple(by * x for x in source.p))
+    else:
+        other = source._replace(J1=by * source.J1, wide=by * source.wide)
+    steps = []
+    for piece in orbit:
+        terms = [
+            {at: w << (up if j < 3 else down) for at, w in each.items()}
+            for j, each in enumerate(piece.terms)
+        ]
+        half = {at: round(w / by) for at, w in piece.half_length.items()}
+        steps.append(FamilyStep(piece.bits + down, half, terms))
+    return other, steps
+
+
 def arrived(
     rows: Sequence[Mapping[Any, int]], box: Sequence[arb]
 ) -> tuple[Any, check_passages.Arrival]:
@@ -263,28 +290,49 @@ class Start(NamedTuple):
 
 
 class Stored:
-    """The stored full shift, with the orbits that each checker follows, once for all tests."""
+    """The stored full shift, with the orbits that each checker follows, once for all tests.
+
+    In other units of energy M is 2^k times as large.
+    """
+
+    def __init__(self, k: int = 0) -> None:
+        self.k = k
+        self.given = GIVEN | {
+            name: str(Fraction(GIVEN[name]) * Fraction(4) ** k) for name in ("mu", "h")
+        }
 
     @cached_property
     def data(self) -> Any:
         return reference("full_shift")["data"]
 
     @cached_property
+    def every(self) -> list[tuple[Any, list[FamilyStep]]]:
+        """The four sets and the line, with their steps."""
+        sources = *unpacked_quads(self.data["sets"]), unpacked_line(J1, self.data["line"])
+        orbits = unpacked(self.data["proof"], 5)
+        return [in_units(self.k, *each) for each in zip(sources, orbits, strict=True)]
+
+    @cached_property
     def quads(self) -> list[Quad]:
-        return unpacked_quads(self.data["sets"])
+        return [source for source, _ in self.every[:4]]
 
     @cached_property
     def line(self) -> StartLine:
-        return unpacked_line(J1, self.data["line"])
+        return self.every[4][0]
 
     @cached_property
     def orbits(self) -> list[list[FamilyStep]]:
         """Steps of the four sets and of the line."""
-        return unpacked(self.data["proof"], 5)
+        return [steps for _, steps in self.every]
 
     @cached_property
     def numbers(self) -> sections.Numbers:
-        return sections.Numbers.of(BODY, exact(GIVEN["h"]))
+        body = Body(*(self.given[name] for name in ("A", "r", "mu")))
+        return sections.Numbers.of(body, exact(self.given["h"]))
+
+    @cached_property
+    def problem(self) -> check_sections.Problem:
+        return check_sections.problem_of(self.given)
 
     @cached_property
     def arrivals(self) -> list[passages.Reached]:
@@ -306,23 +354,20 @@ class Stored:
 
     def beginning(self, start: Quad | StartLine, piece: FamilyStep) -> list[Callable[[], Any]]:
         """C1 of a set or of a line by both: each gives its bounds."""
-        again = step(piece)
+        other, [again] = for_script(start, [piece])
         if isinstance(start, StartLine):
-            line = check_sections.Line(*start)
             found: Any = lambda: sections.line_beginning(self.numbers, start, piece)  # noqa: E731
-            return [found, lambda: check_sections.line_beginning(problem(), line, again)]
+            return [found, lambda: check_sections.line_beginning(self.problem, other, again)]
         return [
             lambda: sections.beginning(self.numbers, start, piece)[1],
-            lambda: check_sections.beginning(problem(), quad_of(start), again)[1],
+            lambda: check_sections.beginning(self.problem, other, again)[1],
         ]
 
     def of(self, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> list[Any]:
         """What both check of the orbits of a set, or of a line."""
-        other = check_sections.Line(*start) if isinstance(start, StartLine) else quad_of(start)
-        again = [step(x) for x in pieces]
         return [
             lambda: passages.arrival(self.numbers, start, pieces),
-            lambda: check_passages.arrival(problem(), other, again),
+            lambda: check_passages.arrival(self.problem, *for_script(start, pieces)),
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:

@@ -81,15 +81,19 @@ def found() -> Found:
 
 
 def test_a_strip_about_a_line_of_starts_and_bits_are_the_same_in_other_units() -> None:
-    """With energies 10,000 times as large, and so actions and momenta 100 times."""
+    """With energies 10,000 times as large or as small, and so actions and momenta 100 times.
+
+    Small momenta have finer units, gamma as well.
+    """
     found = []
-    for by in (1, 100):
-        body = Body(A=GIVEN["A"], r=GIVEN["r"], mu=f"{by**2}/1000")
-        of = horseshoe.ShiftProblem(body, exact(f"1.3342*{by**2}"), 1)
+    for by, finer in ((Fraction(1), 0), (Fraction(100), 0), (Fraction(1, 100), 7)):
+        body = Body(A=GIVEN["A"], r=GIVEN["r"], mu=str(by**2 / 1000))
+        of = horseshoe.ShiftProblem(body, exact(Fraction(GIVEN["h"]) * by**2), 1)
         [setting] = horseshoe.trials(of, 18)
         line, _ = start_lines.line(setting, J1 * by, horseshoe.quads(setting))
-        found.append((float(line.wide) / by, setting.bits))
+        found.append((float(line.wide / by), setting.bits - finer))
     assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert found[2] == pytest.approx(found[0], rel=1e-6)
     assert min(found[0]) > 0
     assert horseshoe.FEWEST_BITS < found[0][1] < horseshoe.MOST_BITS
 

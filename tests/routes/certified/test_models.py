@@ -145,7 +145,7 @@ BODIES = {
 
 def of(name: str) -> tuple[AlignedCoefficients, LogarithmicNorm]:
     c = aligned_coefficients(BODIES[name].angles(), math)
-    return c, LogarithmicNorm.of(AlignedCoefficients(*map(arb, c)))
+    return c, LogarithmicNorm.of(AlignedCoefficients(*map(arb, c)), arb(1))
 
 
 def weights(growth: LogarithmicNorm) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

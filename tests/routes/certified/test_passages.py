@@ -17,12 +17,12 @@ import pytest
 from flint import arb, arb_mat, ctx
 
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import passages, sections
+from rigidpend.routes.certified import coverings, passages, sections
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
 from rigidpend.routes.certified.start_lines import LineStarts, line_pieces
-from scripts import check_full_shift, check_passages, check_sections
+from scripts import check_coverings, check_full_shift, check_passages, check_sections
 from scripts.check_certificate import Fails, Interval
 from tests.attacks import lot
 from tests.routes.certified import offered
@@ -104,6 +104,29 @@ def test_C1_derivatives_are_those_of_the_integrals(stored: Stored, large: int) -
                 assert off.contains(0)
                 assert off.rad() < 1e-40
                 assert (rows[row][column] - turned[row][column] - between[row][column]).contains(0)
+
+
+@pytest.mark.parametrize("k", [-9, 9])
+def test_nothing_hangs_on_units(stored: Stored, k: int) -> None:
+    """Where M is 2^k times as large, at energies of 5e-6 and 3.5e5, bounds and limits are too.
+
+    C1's bounds about points that are off, and C3's widest tube, by both.
+    """
+    by, other = 2.0**k, Stored(k)
+    for j, off in ((0, 1e-3), (2, 1e-3), (4, 1e-7)):
+        found: list[list[float]] = []
+        for of, size in ((stored, off), (other, by * off)):
+            start, (first, *_) = of.every[j]
+            piece = offered.moved(first, 1 if j == 2 else 0, (0, 0, 0), size)
+            found.append([float(check()[0]) for check in of.beginning(start, piece)])
+        assert found[1] == pytest.approx([by * x for x in found[0]], rel=1e-3)
+    link, after = other.every[4], other.every[0]
+    again = offered.for_script(*link), offered.for_script(*after)
+    offered.agree(
+        "",
+        lambda: coverings.prove_link(other.numbers, link, after),
+        lambda: check_coverings.prove_link(other.problem, *again),
+    )
 
 
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
@@ -192,11 +215,11 @@ def test_C2_a_step_goes_forward(stored: Stored, share: float, reason: str) -> No
 def tubes(stored: Stored, M3: float, begin: float, bits: int) -> list[Callable[[], Any]]:
     """The tube about a constant M3, by both."""
     steep: dict[Any, int] = {(0, 0, 0): round(M3 * 2 ** (bits + 1))}
-    half: dict[Any, int] = {(0, 0, 0): 3 * 2**CLOCK}
+    half: dict[Any, int] = {(0, 0, 0): 3 * 2 ** (CLOCK - stored.k)}
     piece = FamilyStep(bits, half, [CALM, CALM, steep, CALM, CALM, CALM])
     sizes = [abs(x).upper() for x in on_parts(Family.of(steep, bits), passages.PARTS)]
-    of = sizes, Family.of(half, CLOCK).bound, arb(begin), stored.numbers.growth
-    theirs = problem(), step(piece), Fraction(begin), Fraction(1), "C3", check_passages.WIDEST
+    of = sizes, Family.of(half, CLOCK).bound, arb(begin), stored.numbers
+    theirs = stored.problem, step(piece), Fraction(begin), Fraction(1), "C3", check_passages.WIDEST
     return [lambda: passages.tube(*of, "C"), lambda: check_passages.tube(*theirs)]
 
 
@@ -204,6 +227,11 @@ def test_C3_the_widest_tube(stored: Stored) -> None:
     limit = same_limit("C3", 1e-9, 1e-3, lambda begin: tubes(stored, 1.2, begin, BITS))
     mine, theirs = ([float(x) for x in check()] for check in tubes(stored, 1.2, limit / 2, BITS))
     assert mine == pytest.approx(theirs, rel=1e-6)
+    # It is as wide in other units, where M3, distances and rates are 2^k times as large.
+    for k in (-9, 9):
+        for share, reason in ((0.99, ""), (1.01, "C3")):
+            begin = 2.0**k * share * limit
+            offered.agree(reason, *tubes(Stored(k), 2.0**k * 1.2, begin, BITS))
 
 
 @pytest.mark.parametrize("M3", [2.0**12, 2.0**60])
@@ -270,13 +298,18 @@ def test_C4_M3_leaves_zero_and_returns_once(
 def crossing(
     stored: Stored, end: list[dict[Any, int]], bounds: list[float], side: int = 1
 ) -> list[Callable[[], Any]]:
-    """C5 by both, of ends of steps as terms and bounds on their distance."""
+    """C5 by both, of ends of steps as terms and bounds on their distance, in any units."""
+    end = [
+        {at: w if j > 2 else round(w * 2.0**stored.k) for at, w in each.items()}
+        for j, each in enumerate(end)
+    ]
     states, theirs = [Family.of(x, BITS) for x in end], [offered.series(x, BITS) for x in end]
+    bounds = [2.0**stored.k * x for x in bounds]
     balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
     own: Any = stored.numbers, states, balls, side, [], arb(0)
     return [
         lambda: passages.crossing(*own),
-        lambda: check_passages.crossing(problem(), theirs, exactly, side),
+        lambda: check_passages.crossing(stored.problem, theirs, exactly, side),
     ]
 
 
@@ -303,6 +336,16 @@ def test_C5_a_rate_of_M3_of_either_sign(stored: Stored) -> None:
     same_limit("C5: M3", 1.0, 1e-9, both)
 
 
+def across(found: Any) -> list[Any]:
+    """Coordinates d and g of crossings and the derivatives of d and of g, of the package."""
+    return [found.d, found.g, *found.slopes[0], *found.slopes[1]]
+
+
+def across_too(found: Any) -> list[Any]:
+    """The same of the second checker."""
+    return [found.d, found.g, *(row[j] for j in (0, 1) for row in found.slopes)]
+
+
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("Q", [0.25, -0.25])
 def test_C5_and_C7_crossings_are_the_same_for_both(stored: Stored, side: int, Q: float) -> None:
@@ -312,19 +355,28 @@ def test_C5_and_C7_crossings_are_the_same_for_both(stored: Stored, side: int, Q:
     # M3 is so far from zero that derivatives change on the way.
     end = by_lot(1e-5, *large, side * 5e-5, -side * SINE, side * SINE, 0.1)
     ends = [{at: w for at, w in each.items() if not at[0]} for each in end.terms]
-    mine, theirs = (check() for check in crossing(stored, ends, [1e-7, 1e-4, 2e-4, 3e-4], side))
+    bounds = [1e-7, 1e-4, 2e-4, 3e-4]
+    mine, theirs = (check() for check in crossing(stored, ends, bounds, side))
     assert mine.right == bool(theirs.symbol)
     assert mine.late == pytest.approx(float(theirs.time.above), rel=1e-3)
     # The crossing may come before the end of the last step, or after it.
     assert np.diff(mine.duration) == pytest.approx(2 * mine.late, rel=1e-6, abs=0)
     for one, other in zip(mine.box, theirs.box, strict=True):
         assert float(one.mid()) == pytest.approx((other.low + other.high) / 2 / 2**Interval.digits)
-    families = [mine.d, mine.g, *mine.slopes[0], *mine.slopes[1]]
-    rows = [theirs.d, theirs.g, *(row[k] for k in (0, 1) for row in theirs.slopes)]
+    families, rows = across(mine), across_too(theirs)
     for family, row in zip(families, rows, strict=True):
         assert family.error / 2**family.bits == pytest.approx(row.error / 2**row.digits, rel=1e-3)
         assert float(family.bound) == pytest.approx(float(row.most), rel=1e-3)
         assert offered.value(family, 0.3, 0.2, 0.1) * float(row.ball().low + row.ball().high) >= 0
+    # In other units derivatives are told as well as in these; g has none.
+    errors = [row.error / 2**row.digits for row in rows]
+    for k in (-9, 9):
+        own, again = (check() for check in crossing(Stored(k), ends, bounds, side))
+        for other, digits in ((across(own), "bits"), (across_too(again), "digits")):
+            found = [x.error / 2 ** getattr(x, digits) for x in other]
+            units = [2.0**k if j in (0, 2, 3, 4) else 1.0 for j in range(len(found))]
+            wanted = [unit * x for unit, x in zip(units, errors, strict=True)]
+            assert found == pytest.approx(wanted, rel=1e-3)
 
 
 # ---- C6 along a line of starts

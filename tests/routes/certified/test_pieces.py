@@ -79,6 +79,13 @@ def test_arrays_that_are_no_steps_are_refused(
             check_pieces.steps_of_sets(again, 1)
 
 
+def test_numbers_of_terms_may_be_as_short_as_they_are(stored: Stored) -> None:
+    """Bytes hold them, and not the places of the terms."""
+    again = packed([stored.orbits[0]])
+    short = {**again, "terms": again["terms"].astype(np.uint8)}
+    assert unpacked(short, 1) == unpacked(again, 1)
+
+
 def test_what_is_no_set_is_refused(stored: Stored) -> None:
     """One without a curve, and what is no number."""
     sets = stored.data["sets"]
@@ -111,6 +118,16 @@ def link(file: Any) -> None:
     file["data/line/half"] = h5py.ExternalLink(str(STORED), "data/line/half")
 
 
+def texts(file: Any) -> None:
+    """Numbers as text, though they are the same."""
+    other("data/sets/a", data=[repr(float(x)) for x in file["data/sets/a"]])(file)
+
+
+def version(x: Any) -> Any:
+    """A file of another format."""
+    return lambda file: file.attrs.update({"format_version": x})
+
+
 def says(old: str, new: str) -> Any:
     """A file whose config says something else."""
     return lambda file: other("config", data=file["config"].asstr()[()].replace(old, new))(file)
@@ -122,8 +139,15 @@ def says(old: str, new: str) -> Any:
         (link, "is a link to somewhere else"),
         (other("data/sets/a", (1000,), "S1048576", chunks=(1,)), "is too large for the length"),
         (other("data/sets/p", data=np.zeros((4, 21))), "a curve has no coefficients"),
+        (texts, "a holds no numbers of its kind"),
         (many, "there are more terms than"),
-        (says('"3/2"', '"3/2", "1"'), "lacks something"),
+        (says('"3/2"', '"3/2", "1"'), "A or r is not three numbers"),
+        (
+            says('"r": [\n      "1",\n      "1",\n      "0"\n    ]', '"r": "110"'),
+            "A or r is not three",
+        ),
+        (says('"mu": "1/1000"', '"weight": "1/1000"'), "lacks something"),
+        *((version(x), "its format version is") for x in (2, "1", [1, 1])),
         (says('"1/100000000"', '"-1"'), "J1_0 > 0 is broken"),
     ],
 )
