@@ -9,8 +9,10 @@ import pytest
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import no_crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.kernel.taylor_step import order_of
+from rigidpend.routes import certainty
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
@@ -135,3 +137,32 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
     monkeypatch.setattr(Run, "crossings", lambda *_: None)
     abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST_SCALES, np.arange(n))
     assert seen == begun
+
+
+@pytest.mark.parametrize(
+    ("bits", "n", "one_piece"),
+    [
+        *((53, n, True) for n in (8, 17, 256)),
+        *((53, n, False) for n in (9, 16, 257)),
+        (106, 8, True),
+        (106, 9, False),
+    ],
+)
+def test_columns_that_are_one_piece_take_two_computations_at_once(
+    bits: int, n: int, one_piece: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With two threads 9 to 16 columns in doubles are two pieces, one for each thread."""
+    shared: list[Any] = []
+
+    def noted(work: Any, given: Any, python: bool, parts: Any, jobs: int) -> Any:
+        shared.append(parts)
+        return [work(part, *given) for part in parts]
+
+    means = run(bits, problem=GENTLE, n=n)
+    monkeypatch.setattr("rigidpend.routes.run.side_by_side", noted)
+    monkeypatch.setattr(Run, "crossings", lambda *given: no_crossings(16, len(given[-1])))
+    monkeypatch.setattr(certainty, "agreement", lambda a, *_: a.separatrix[1:] == 0)
+    means.by_integration()
+    pieces, *computations = shared
+    assert len(pieces) == (1 if one_piece else 2)
+    assert computations == ([(FIRST_SCALES, SECOND_SCALES)] if one_piece else [])
