@@ -5,10 +5,10 @@ an error only if both err alike. An orbit has one deviation that grows; computat
 share no rounding err by different multiples of it, so that two with errors of a radian agree to
 d radians with a chance of about d. This gives three limits: `LIMIT_OF_TWO` and `LIMIT_OF_THREE`
 computations of equal precision, and `LIMIT_OF_UNEQUAL` for two of different precision, because
-their errors differ two thousandfold at least; where these differ by less the limit is smaller in
-proportion. Each rule is wrong about once in a million orbits among those that err by a radian at
-all. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 does so in double precision; of longer
-codes more do.
+their errors differ two thousandfold; where these differ by less or more the limit is smaller or
+larger in proportion. A less sharp computation may also be the third one (`LARGEST_LIMIT`). Each
+rule is wrong about once in a million orbits among those that err by a radian at all. Of orbits of
+15 symbols at J1_0 = 1e-8 one in 4,000 does so in double precision; of longer codes more do.
 
 Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
 and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
@@ -54,12 +54,22 @@ LIMIT_OF_THREE = 1e-3
 LIMIT_OF_UNEQUAL = 1e-2
 """Phase difference, in radians, up to which two computations suffice that are `GAP_BITS` apart.
 
-For every bit less between them the limit is halved. Of 16,631 orbits of one body, followed by maps
-of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
-orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 70,000 would be
-wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 348 orbits of four
+For every bit less between them the limit is halved, and for every bit more it is doubled, up to
+`LARGEST_LIMIT`. Of 16,631 orbits of one body, followed by maps of 64 and 72 bits, the second map
+erred by more than R times the difference of both in 39, 8 and 2 orbits, for R of 1, 3 and 10: a
+share of 0.0014/R, so that at 1e-2 about one in 70,000 would be wrong by a radian; with 8 bits
+between them the limit is an eighth of this. Of 348 orbits of four
 bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and erred
 by half of the difference at most."""
+LARGEST_LIMIT = 0.3
+"""Largest limit, in radians: up to here errors grow in proportion to the first ones.
+
+A computation in fewer bits is a third one where it agrees so with two of equal precision that agree
+to `LIMIT_OF_THREE`. Of 2,000 orbits of five bodies that maps of 82 and 90 bits left open, the other
+map in 90 bits erred by more than R times its difference from the first one in a share of 0.45/R,
+and by more than R times that from the one of 82 bits in 0.0042/R, for R of 1 to 30; by more than
+both at once in no larger a share than the product of the two. So about one in two million of those
+that err by a radian would be wrong; none of the 1,413 that were decided so was."""
 KEPT_IN_PAIRS = 97
 """Bits for which an integration in pairs of doubles counts, whatever tolerance it has.
 
@@ -130,6 +140,14 @@ def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[
 def kept_bits(bits: int) -> int:
     """Bits that computations in `bits` bits keep: of pairs of doubles at most `KEPT_IN_PAIRS`."""
     return min(bits, KEPT_IN_PAIRS) if bits <= PAIRS else bits
+
+
+def limit_of_unequal(more: int, chance: float = 1.0) -> float:
+    """The limit, radians, for two computations of which one has `more` bits more.
+
+    `chance` is that with which a third one would hide an error that the sharper of them makes.
+    """
+    return min(LARGEST_LIMIT, LIMIT_OF_UNEQUAL * 2.0 ** (more - GAP_BITS) / chance)
 
 
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
@@ -221,10 +239,11 @@ def _further(
     """Decide some columns in a precision, starting from what is known of them.
 
     The first computation is compared with the last one in a lower precision. Where these differ, a
-    second one is compared with the first, and a third one with both, if `count` allows it.
+    second one is compared with both, and a third one with the first two, if `count` allows it.
     """
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
+    more = kept_bits(bits) - kept_bits(int(known.bits.max()))
     for scales in (FIRST_SCALES, SECOND_SCALES)[:count]:
         open_ = np.flatnonzero(~known.certain.all(axis=0))
         if not open_.size:
@@ -232,13 +251,11 @@ def _further(
         # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
         if scales == FIRST_SCALES:
-            # All that are open have the last result of the same precision.
-            more = kept_bits(bits) - kept_bits(int(known.bits[open_].max()))
-            limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
-            certain = agreement(before, sharper, rate, limit)
+            certain = agreement(before, sharper, rate, limit_of_unequal(more))
         else:
             third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
-            certain = _established(before, sharper, rate, third, columns[open_])
+            coarse = columns_of(found.crossings, columns[open_])
+            certain = _established(before, sharper, rate, third, columns[open_], (coarse, more))
         put(known, open_, _decided(sharper, certain, bits))
     return known
 
@@ -250,18 +267,29 @@ def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided
 
 
 def _established(
-    a: Crossings, b: Crossings, rate: float, third: Third | None, columns: Any
+    a: Crossings,
+    b: Crossings,
+    rate: float,
+    third: Third | None,
+    columns: Any,
+    coarse: tuple[Crossings, int] | None = None,
 ) -> NDArray[np.bool_]:
     """Mask of the symbols that two computations of equal precision establish, with a third or not.
 
-    The third computation is made only for columns in which it can establish a further symbol.
+    `coarse` is a computation in fewer bits, and how many fewer. The third computation is made only
+    for columns in which it can establish a further symbol.
     """
     found = agreement(a, b, rate, LIMIT_OF_TWO)
-    if third is None:
-        return found
     # The last symbol is certain only if all are.
     left = np.flatnonzero(~found[-1])
-    near = agreement(columns_of(a, left), columns_of(b, left), rate, LIMIT_OF_THREE)
+    both = columns_of(a, left), columns_of(b, left)
+    near = agreement(*both, rate, LIMIT_OF_THREE)
+    if coarse is not None:
+        fewer, by = coarse
+        limit = limit_of_unequal(by, LIMIT_OF_THREE)
+        found[:, left] |= near & agreement(columns_of(fewer, left), both[1], rate, limit)
+    if third is None:
+        return found
     # All three pairs must agree to LIMIT_OF_THREE, and this is the first pair.
     some = (near & ~found[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]

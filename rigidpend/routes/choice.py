@@ -205,7 +205,7 @@ def with_maps(
         return integrated(bits, scales, columns)
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
-        if not maps.serve(bits, scales):
+        if maps.design_of(bits, scales) is None:
             return by_integration(bits, scales, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)

@@ -8,6 +8,7 @@ import pytest
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes.certainty import (
     FIRST_SCALES,
+    LARGEST_LIMIT,
     LIMIT_OF_UNEQUAL,
     SECOND_SCALES,
     THIRD_SCALES,
@@ -134,9 +135,11 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
 @pytest.mark.parametrize(
     ("ladder", "limit"),
     [
-        ((53, 106), LIMIT_OF_UNEQUAL),
         ((53, 64), LIMIT_OF_UNEQUAL),
         ((53, 61), LIMIT_OF_UNEQUAL / 8),
+        # Up to the size to which errors grow in proportion.
+        ((53, 65), 2 * LIMIT_OF_UNEQUAL),
+        ((53, 106), LARGEST_LIMIT),
         # The last one before counts, and not the first.
         ((53, 64, 72), LIMIT_OF_UNEQUAL / 8),
         # Pairs of doubles count as 97 bits.
@@ -145,7 +148,9 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ((53, 106, 107), LIMIT_OF_UNEQUAL / 2),
     ],
 )
-def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:
+def test_two_precisions_may_differ_the_more_the_farther_apart_they_are(
+    ladder: tuple[int, ...], limit: float
+) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
     assert LIMIT_OF_UNEQUAL == 1e-2
     # Each is a radian or more from the one before it, but for the last.
@@ -155,6 +160,20 @@ def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: flo
     noted = Noted(first_53=np.ones(2), second_53=np.zeros(2), **late)
     found = decide(noted, 2, 1.0, ladder, most_computations=lambda bits: 1 + (bits == 53))
     assert found.certain.all(axis=0).tolist() == [True, False]
+
+
+@pytest.mark.parametrize(("bits", "limit"), [(61, 0.3), (59, 0.3), (58, 0.15625)])
+def test_a_less_sharp_computation_is_a_third_one(bits: int, limit: float) -> None:
+    """Its limit is the thousandfold of that for two, for the others agree to a thousandth."""
+    less, apart = zip(
+        (0.99 * limit, 0.99e-3), (1.01 * limit, 0.99e-3), (0.9 * limit, 1.01e-3), strict=True
+    )
+    # The second is the one that it must agree with, and comes last.
+    late = {f"second_{bits}": np.zeros(3), f"first_{bits}": np.array(apart)}
+    noted = Noted(second_53=-np.array(less), **late)
+    most = {53: 1, bits: 2}
+    found = decide(noted, 3, 1.0, (53, bits), most_computations=most.__getitem__)
+    assert found.certain.all(axis=0).tolist() == [True, False, False]
 
 
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:
