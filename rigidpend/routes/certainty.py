@@ -5,10 +5,10 @@ an error only if both err alike. An orbit has one deviation that grows; computat
 share no rounding err by different multiples of it, so that two with errors of a radian agree to
 d radians with a chance of about d. This gives three limits: `LIMIT_OF_TWO` and `LIMIT_OF_THREE`
 computations of equal precision, and `LIMIT_OF_UNEQUAL` for two of different precision, because
-their errors differ two thousandfold; where these differ by less or more the limit is smaller or
-larger in proportion. A less sharp computation may also be the third one (`LARGEST_LIMIT`). Each
-rule is wrong about once in a million orbits among those that err by a radian at all. Of orbits of
-15 symbols at J1_0 = 1e-8 one in 4,000 does so in double precision; of longer codes more do.
+their errors differ two thousandfold at least; where these differ by less the limit is smaller in
+proportion. Three computations may also differ in precision (`LIMIT_OF_COARSE`). Each rule is wrong
+about once in a million orbits among those that err by a radian at all. Of orbits of 15 symbols at
+J1_0 = 1e-8 one in 4,000 does so in double precision; of longer codes more do.
 
 Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
 and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
@@ -54,22 +54,24 @@ LIMIT_OF_THREE = 1e-3
 LIMIT_OF_UNEQUAL = 1e-2
 """Phase difference, in radians, up to which two computations suffice that are `GAP_BITS` apart.
 
-For every bit less between them the limit is halved, and for every bit more it is doubled, up to
-`LARGEST_LIMIT`. Of 16,631 orbits of one body, followed by maps of 64 and 72 bits, the second map
-erred by more than R times the difference of both in 39, 8 and 2 orbits, for R of 1, 3 and 10: a
-share of 0.0014/R, so that at 1e-2 about one in 70,000 would be wrong by a radian; with 8 bits
-between them the limit is an eighth of this. Of 348 orbits of four
+For every bit less between them the limit is halved. Of 16,631 orbits of one body, followed by maps
+of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
+orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 70,000 would be
+wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 348 orbits of four
 bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and erred
 by half of the difference at most."""
-LARGEST_LIMIT = 0.3
-"""Largest limit, in radians: up to here errors grow in proportion to the first ones.
+LIMIT_OF_COARSE = 0.25
+"""Phase difference, in radians, up to which less sharp computations confirm as third ones.
 
-A computation in fewer bits is a third one where it agrees so with two of equal precision that agree
-to `LIMIT_OF_THREE`. Of 2,000 orbits of five bodies that maps of 82 and 90 bits left open, the other
+One of fewer bits serves beside two of equal precision that agree to `LIMIT_OF_THREE`; or two of
+equal precision serve beside one of more bits, which must be `COARSE_BITS` more. Up to here errors
+grow in proportion. Of 2,000 orbits of five bodies that maps of 82 and 90 bits left open, the other
 map in 90 bits erred by more than R times its difference from the first one in a share of 0.45/R,
 and by more than R times that from the one of 82 bits in 0.0042/R, for R of 1 to 30; by more than
 both at once in no larger a share than the product of the two. So about one in two million of those
 that err by a radian would be wrong; none of the 1,413 that were decided so was."""
+COARSE_BITS = 7
+"""Least number of bits between a third computation that is less sharp and the others."""
 KEPT_IN_PAIRS = 97
 """Bits for which an integration in pairs of doubles counts, whatever tolerance it has.
 
@@ -142,14 +144,6 @@ def kept_bits(bits: int) -> int:
     return min(bits, KEPT_IN_PAIRS) if bits <= PAIRS else bits
 
 
-def limit_of_unequal(more: int, chance: float = 1.0) -> float:
-    """The limit, radians, for two computations of which one has `more` bits more.
-
-    `chance` is that with which a third one would hide an error that the sharper of them makes.
-    """
-    return min(LARGEST_LIMIT, LIMIT_OF_UNEQUAL * 2.0 ** (more - GAP_BITS) / chance)
-
-
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
     """All columns decided at once: the `share` of :func:`decide` without any division."""
     return [(columns, work(columns))]
@@ -200,8 +194,11 @@ def decide(
             certain = np.zeros((len(only.time) - 1, columns.size), dtype=bool)
             return _decided(only, certain, least)
         first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
-        third = functools.partial(compute, least, THIRD_SCALES) if count > 2 else None
-        certain = _established(first, second, rate, third, columns)
+        certain = agreement(first, second, rate, LIMIT_OF_TWO)
+        if count > 2:
+            third = functools.partial(compute, least, THIRD_SCALES)
+            limits = LIMIT_OF_THREE, LIMIT_OF_THREE
+            _confirm(certain, first, second, rate, columns, third, limits)
         return _decided(second, certain, least)
 
     pieces = share(settle, np.arange(n), least)
@@ -218,28 +215,38 @@ def climb(
     precisions: tuple[int, ...],
     most_computations: MostComputations = lambda _: 3,
     share: Share = undivided,
+    beside: Third | None = None,
 ) -> None:
     """Decide the open columns in ascending higher precisions; `found` is changed in place.
 
-    The arguments are those of :func:`decide`.
+    The arguments are those of :func:`decide`. `beside` makes another computation of some columns,
+    in the precision of what is known of them, which the first of the precisions is compared with.
     """
     for bits in precisions:
         # A column is open while any of its symbols is uncertain.
         left = np.flatnonzero(~found.certain.all(axis=0))
         if not left.size:
             break
-        further = functools.partial(_further, compute, found, rate, bits, most_computations(bits))
+        count, third = most_computations(bits), beside if bits == precisions[0] else None
+        further = functools.partial(_further, compute, found, rate, bits, count, third)
         for columns, piece in share(further, left, bits):
             put(found, columns, piece)
 
 
 def _further(
-    compute: Compute, found: Decided, rate: float, bits: int, count: int, columns: Columns
+    compute: Compute,
+    found: Decided,
+    rate: float,
+    bits: int,
+    count: int,
+    beside: Third | None,
+    columns: Columns,
 ) -> Decided:
     """Decide some columns in a precision, starting from what is known of them.
 
-    The first computation is compared with the last one in a lower precision. Where these differ, a
-    second one is compared with both, and a third one with the first two, if `count` allows it.
+    The first computation is compared with the last one in a lower precision, and with the one
+    `beside` it. Where these differ, a second one is compared with the first and with the last one,
+    and a third one with the first two, if `count` allows it.
     """
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
@@ -250,12 +257,20 @@ def _further(
             break
         # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
+        given = before, sharper, rate, columns[open_]
         if scales == FIRST_SCALES:
-            certain = agreement(before, sharper, rate, limit_of_unequal(more))
+            limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
+            certain = agreement(before, sharper, rate, limit)
+            if beside and more >= COARSE_BITS:
+                _confirm(certain, *given, beside, (LIMIT_OF_COARSE, LIMIT_OF_COARSE))
         else:
-            third = functools.partial(compute, bits, THIRD_SCALES) if count > 2 else None
-            coarse = columns_of(found.crossings, columns[open_])
-            certain = _established(before, sharper, rate, third, columns[open_], (coarse, more))
+            certain = agreement(before, sharper, rate, LIMIT_OF_TWO)
+            if more >= COARSE_BITS:
+                coarse = functools.partial(columns_of, found.crossings)
+                _confirm(certain, *given, coarse, (LIMIT_OF_THREE, LIMIT_OF_COARSE))
+            if count > 2:
+                third = functools.partial(compute, bits, THIRD_SCALES)
+                _confirm(certain, *given, third, (LIMIT_OF_THREE, LIMIT_OF_THREE))
         put(known, open_, _decided(sharper, certain, bits))
     return known
 
@@ -266,37 +281,27 @@ def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided
     return Decided(found, certain, np.full(n, bits, dtype=np.uint16), np.zeros(n, dtype=bool))
 
 
-def _established(
+def _confirm(
+    certain: NDArray[np.bool_],
     a: Crossings,
     b: Crossings,
     rate: float,
-    third: Third | None,
-    columns: Any,
-    coarse: tuple[Crossings, int] | None = None,
-) -> NDArray[np.bool_]:
-    """Mask of the symbols that two computations of equal precision establish, with a third or not.
+    columns: Columns,
+    third: Third,
+    limits: tuple[float, float],
+) -> None:
+    """Add to the `certain` symbols, in place, those that two computations and a third establish.
 
-    `coarse` is a computation in fewer bits, and how many fewer. The third computation is made only
-    for columns in which it can establish a further symbol.
+    `limits` are that of the two, and that of the third with each of them. It is made only for
+    columns in which it can establish a further symbol.
     """
-    found = agreement(a, b, rate, LIMIT_OF_TWO)
     # The last symbol is certain only if all are.
-    left = np.flatnonzero(~found[-1])
-    both = columns_of(a, left), columns_of(b, left)
-    near = agreement(*both, rate, LIMIT_OF_THREE)
-    if coarse is not None:
-        fewer, by = coarse
-        limit = limit_of_unequal(by, LIMIT_OF_THREE)
-        found[:, left] |= near & agreement(columns_of(fewer, left), both[1], rate, limit)
-    if third is None:
-        return found
-    # All three pairs must agree to LIMIT_OF_THREE, and this is the first pair.
-    some = (near & ~found[:, left]).any(axis=0)
+    left = np.flatnonzero(~certain[-1])
+    near = agreement(columns_of(a, left), columns_of(b, left), rate, limits[0])
+    some = (near & ~certain[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:
         c = third(columns[doubtful])
         for each in (a, b):
-            # The third must agree with both.
-            near &= agreement(columns_of(each, doubtful), c, rate, LIMIT_OF_THREE)
-        found[:, doubtful] |= near
-    return found
+            near &= agreement(columns_of(each, doubtful), c, rate, limits[1])
+        certain[:, doubtful] |= near

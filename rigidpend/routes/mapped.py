@@ -32,7 +32,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
-from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
+from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
@@ -204,6 +204,12 @@ class Maps:
         """
         sharpest = self.most_bits
         return self.design_by_bits.get(sharpest) == SECOND and self.built_bits[0] == sharpest
+
+    @property
+    def beside(self) -> Third | None:
+        """The second map's computation in the most bits, where the first map's came last."""
+        computed = functools.partial(self.crossings, self.most_bits, FIRST_SCALES)
+        return computed if self.twice else None
 
     @property
     def last(self) -> int:

@@ -19,7 +19,7 @@ from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.records import columns as columns_of
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided, Work
-from rigidpend.routes.costs import CLOSEST, RUNGS, fits
+from rigidpend.routes.costs import RUNGS, fits
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
@@ -68,14 +68,9 @@ class Run:
         return max(map(phase_rate, self.problems or [self.problem]))
 
     def beyond(self, known: int) -> tuple[int, ...]:
-        """Precisions, ascending, above `known` bits: those asked for and the rungs between them.
-
-        One that keeps few bits more than are known is left out, if another follows.
-        """
+        """Precisions, ascending, above `known` bits: those asked for and the rungs between them."""
         engine, _, precisions = self.arithmetic
-        least, last = certainty.kept_bits(known) + CLOSEST, precisions[-1]
         asked = [x for x in precisions if x > known]
-        asked = [x for x in asked if x == last or certainty.kept_bits(x) >= least]
         rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked))]
         return tuple(sorted((*asked, *rungs)))
 

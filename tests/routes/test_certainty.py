@@ -8,11 +8,11 @@ import pytest
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes.certainty import (
     FIRST_SCALES,
-    LARGEST_LIMIT,
     LIMIT_OF_UNEQUAL,
     SECOND_SCALES,
     THIRD_SCALES,
     agreement,
+    climb,
     decide,
     undivided,
 )
@@ -137,9 +137,7 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
     [
         ((53, 64), LIMIT_OF_UNEQUAL),
         ((53, 61), LIMIT_OF_UNEQUAL / 8),
-        # Up to the size to which errors grow in proportion.
-        ((53, 65), 2 * LIMIT_OF_UNEQUAL),
-        ((53, 106), LARGEST_LIMIT),
+        ((53, 106), LIMIT_OF_UNEQUAL),
         # The last one before counts, and not the first.
         ((53, 64, 72), LIMIT_OF_UNEQUAL / 8),
         # Pairs of doubles count as 97 bits.
@@ -148,9 +146,7 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ((53, 106, 107), LIMIT_OF_UNEQUAL / 2),
     ],
 )
-def test_two_precisions_may_differ_the_more_the_farther_apart_they_are(
-    ladder: tuple[int, ...], limit: float
-) -> None:
+def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
     assert LIMIT_OF_UNEQUAL == 1e-2
     # Each is a radian or more from the one before it, but for the last.
@@ -162,18 +158,41 @@ def test_two_precisions_may_differ_the_more_the_farther_apart_they_are(
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
-@pytest.mark.parametrize(("bits", "limit"), [(61, 0.3), (59, 0.3), (58, 0.15625)])
-def test_a_less_sharp_computation_is_a_third_one(bits: int, limit: float) -> None:
-    """Its limit is the thousandfold of that for two, for the others agree to a thousandth."""
-    less, apart = zip(
-        (0.99 * limit, 0.99e-3), (1.01 * limit, 0.99e-3), (0.9 * limit, 1.01e-3), strict=True
-    )
-    # The second is the one that it must agree with, and comes last.
-    late = {f"second_{bits}": np.zeros(3), f"first_{bits}": np.array(apart)}
-    noted = Noted(second_53=-np.array(less), **late)
-    most = {53: 1, bits: 2}
-    found = decide(noted, 3, 1.0, (53, bits), most_computations=most.__getitem__)
-    assert found.certain.all(axis=0).tolist() == [True, False, False]
+COARSE, EQUAL = 0.25, 1e-3
+
+
+@pytest.mark.parametrize(("bits", "serves"), [(61, True), (60, True), (59, False)])
+def test_a_less_sharp_computation_is_a_third_one_from_seven_bits_on(
+    bits: int, serves: bool
+) -> None:
+    """Columns by how far it is from the two, and these from one another."""
+    table = [(0.99 * COARSE, 0.99 * EQUAL), (1.01 * COARSE, 2e-6), (0.9 * COARSE, 1.01 * EQUAL)]
+    less, apart = np.array(table).T
+    late = {f"second_{bits}": np.zeros(3), f"first_{bits}": -apart}
+    noted = Noted(second_53=less - apart, **late)
+    found = decide(noted, 3, 1.0, (53, bits), most_computations={53: 1, bits: 2}.__getitem__)
+    assert found.certain.all(axis=0).tolist() == [serves, False, False]
+
+
+@pytest.mark.parametrize(("known", "serves"), [(90, True), (91, False)])
+def test_two_less_sharp_computations_confirm_one_that_is_seven_bits_sharper(
+    known: int, serves: bool
+) -> None:
+    """Each must agree with the others; pairs of doubles count as 97 bits."""
+    last = np.array([0.99, 0.99, 0.5, 1.01, 0.5]) * COARSE
+    other = np.array([0.0, 0.99, -0.51, 0.5, 1.01]) * COARSE
+    noted = Noted(**{f"second_{known}": last}, first_106=np.zeros(5), third_53=other)
+    found = decide(noted, 5, 1.0, (known,), most_computations=lambda _: 1)
+    asked: list[int] = []
+
+    def beside(columns: Any) -> Crossings:
+        asked.extend(columns)
+        return noted(53, THIRD_SCALES, columns)
+
+    climb(noted, found, 1.0, (106,), lambda _: 1, beside=beside)
+    assert found.certain.all(axis=0).tolist() == [serves, serves, False, False, False]
+    # It is made for columns in which the last one is near.
+    assert asked == ([0, 1, 2, 4] if serves else [])
 
 
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:

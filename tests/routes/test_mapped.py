@@ -142,6 +142,7 @@ def test_passages_that_take_long_ask_for_sharper_tables_and_what_does_not_settle
     # A first map as sharp as the second confirms it, and is then the last that was asked.
     twice = pair == (82, 90)
     assert [maps.most_computations(x) for x in pair if x > 53] == [1, 1 + twice][: len(each)]
+    assert (maps.beside is not None) == twice
     assert [maps.twice, maps.last] == [twice, int(pair in {(64, 75), (64, 72), (53, 53)})]
 
 
