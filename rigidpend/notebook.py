@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.config.catalogue import RESULTS, resolve
+from rigidpend.config.catalogue import RESULTS, resolve, with_remedy
 from rigidpend.config.complaints import Origin
 from rigidpend.machine.wording import Table, columns
-from rigidpend.numbers import checked
+from rigidpend.numbers import Array, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.numbers.expressions import words
-from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     import xarray
@@ -149,7 +148,6 @@ def load(source: Path | str) -> StoredResult:
         The source is no path; or there is no such file, or it cannot be read.
     """
     from rigidpend.results import store
-    from rigidpend.runs import remedies
 
     path = checked.path("source", source)
     if path.suffix != ".h5":
@@ -157,7 +155,7 @@ def load(source: Path | str) -> StoredResult:
     try:
         return StoredResult(path, store.load(path))
     except store.StoreError as error:
-        raise type(error)(remedies.told(error)) from None
+        raise type(error)(with_remedy(error)) from None
 
 
 def run(

@@ -28,8 +28,8 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import exponent
 from rigidpend.mechanics.in_space import turning_rate
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, exact, fraction
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError

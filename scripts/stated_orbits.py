@@ -21,8 +21,8 @@ from rigidpend.mechanics.equations import (
     euler_poisson,
 )
 from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograph, turning_rate
+from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import Exact, context, exact, fraction
-from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -48,10 +48,10 @@ class Once:
         self.m, a, level = context(BITS), precision(BITS), orbit.chain.level
         h, c = level.energy, coefficients(level.body.angles(BITS + 32), "1", a)
         d, chi = (a.array([self.m.mpf(x.numerator) / x.denominator]) for x in fine.place)
-        state = section_state(True, d, chi, a.array([h.in_context(self.m)]), c, a)
+        state = section_state(True, d, chi, a.array([h.at(BITS)]), c, a)
         self.start = np.array([fraction(x, BITS) for x in state[:, 0]], dtype=object)
         self.c = AlignedCoefficients(*(fraction(x, BITS) for x in c.aligned))
-        self.period, self.h = fine.period, fraction(h.in_context(self.m), BITS)
+        self.period, self.h = fine.period, fraction(h.at(BITS), BITS)
         self.mirrored, self.passages = orbit.mirrored, len(orbit.chain.b)
 
     def exponent(self) -> float:
@@ -94,7 +94,7 @@ def multiplier(body: Body, h0: Exact, family: int) -> tuple[Any, Any]:
     m, p = context(BITS), body.angles(BITS)
     c = AlignedCoefficients(*(fraction(x, BITS) for x in aligned_coefficients(p, m)))
     r = m.cos(p.beta0 / 2), m.sin(p.beta0 / 2), 0
-    h = h0.in_context(m)
+    h = h0.at(BITS)
     sign = -pendulum.side_of(family)
     M, gamma = pendulum.body_motion(m.mpf(0), sign, 1 / p.kappa, r, h, p.mu, m)
     start = np.array([Fraction(0)] * 2 + [fraction(x, BITS) for x in (M[2], *gamma)], dtype=object)
@@ -116,7 +116,7 @@ def multiplier(body: Body, h0: Exact, family: int) -> tuple[Any, Any]:
 def alpha(problem: RouteProblem, theta2: float, end: float) -> float:
     """alpha(T) in principal axes by heyoka, by a quadrature of its own, in 113 bits."""
     [start] = initial(problem, [exact(theta2)], 113)
-    A = [x.in_context(context(113)) for x in problem.body.A]
+    A = [x.at(113) for x in problem.body.A]
     M, gamma = ([float(x) for x in part] for part in (start[:3], start[3:]))
     ahead = float(alpha_ahead(M, angular_velocity(M, [float(x) for x in A]), gamma))
     unit = float(scale(problem.body.floats()[0]))

@@ -9,6 +9,7 @@ from rigidpend.routes.problem import RouteProblem
 FREE = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
 """Of Fig. 1."""
 FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
+FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 
 

@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 import click
 
-from rigidpend.config.catalogue import resolve
+from rigidpend.config.catalogue import resolve, with_remedy
 from rigidpend.machine import signals, wording
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
@@ -106,9 +106,7 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     if code != INTERNAL:
         if getattr(error, "file", None) is None:
             return brief(str(error))
-        from rigidpend.runs import remedies
-
-        return brief(remedies.told(error))  # type: ignore[arg-type]
+        return brief(with_remedy(error))  # type: ignore[arg-type]
     from rigidpend.runs.logs import elsewhere
 
     said = f"internal error: {error!r}; please report it"

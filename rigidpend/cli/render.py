@@ -80,12 +80,10 @@ def _drawn(source: Path, suffix: str, force: bool) -> bool:
 
 def _tell_absent(absent: Mapping[Path, Path], folder: Path) -> None:
     """Report the configs without results, and the command that makes these."""
-    from rigidpend.runs import remedies
-
     known = catalogue.known()
     names = [x.stem if known.get(x.stem) == x else str(x) for x in absent.values()]
     files, are = ", ".join(map(str, absent)), "is" if len(absent) == 1 else "are"
-    say(f"rigidpend: {files} {are} not there; {remedies.call('run', names, folder)}")
+    say(f"rigidpend: {files} {are} not there; {catalogue.call('run', names, folder)}")
 
 
 @click.command("report")

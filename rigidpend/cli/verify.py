@@ -12,6 +12,7 @@ import click
 
 from rigidpend.cli.common import ABSENT, DONE, FAILED, print_json, say
 from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_names
+from rigidpend.config import catalogue
 from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
 from rigidpend.machine.progress import Progress
 
@@ -105,7 +106,7 @@ def _compared(
     from rigidpend.machine import files
     from rigidpend.results import store
     from rigidpend.runs import certificate_files as storage
-    from rigidpend.runs import loading, regression, remedies
+    from rigidpend.runs import loading, regression
 
     loaded = loading.load(path, settings)
     # The first folder that has the reference counts, or the first folder if none has it.
@@ -121,9 +122,9 @@ def _compared(
         found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
     except store.StoreError as error:
         absent = isinstance(error, files.Absent)
-        said = f"{error}; {remedies.reference(path, stored)}"
+        said = f"{error}; {catalogue.remedy_of_reference(path, stored)}"
         if error.file != stored or path == stored:
-            said = remedies.told(error)
+            said = catalogue.with_remedy(error)
         return {**outcome, "absent": absent, "error": said}
     return outcome | {
         "same": not found,

@@ -2,7 +2,8 @@
 
 Modules
 -------
-catalogue    files of configs by name; imports nothing heavy, because shells complete by it
+catalogue    files of configs by name, and the commands that make their results; imports nothing
+             heavy, because shells complete by it
 reader       YAML with the line and column of every value
 overrides    settings ``a.b=VALUE``, and sweeps: a config for each combination of values
 schema       shared fields of the experiments' schemas

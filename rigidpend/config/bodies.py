@@ -12,9 +12,9 @@ from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Whole, Word
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import Array
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem

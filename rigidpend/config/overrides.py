@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 from rigidpend.config import reader
 from rigidpend.config.complaints import ConfigError, Origin, Place
@@ -28,13 +28,8 @@ IN_NAMES = str.maketrans({"/": "over", "*": "x", " ": "", "[": "", "]": "", "(":
 """Replacements in file names for characters of numbers."""
 
 
-class Sweep(NamedTuple):
-    """A key and the values that it takes in turn, as they are written."""
-
-    key: str
-    values: tuple[str, ...]
-    origin: Origin = Origin("sweep")
-    """The option that asks for it."""
+Setting: TypeAlias = tuple[str, Origin]
+"""Text ``KEY=VALUE`` and the option that asks for it."""
 
 
 def override(document: Document, setting: str, origin: Origin) -> None:
@@ -83,41 +78,40 @@ def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
     raise ConfigError.of(origin, f"has no entry {text!r}: it is {kind}", place)
 
 
-def option(text: str) -> Sweep:
-    """Read an option ``KEY=VALUE,VALUE``; each value is written as in a setting."""
+def option(text: str) -> list[Setting]:
+    """Read an option ``KEY=VALUE,VALUE``: a setting for each value that the key takes in turn."""
     origin = Origin(f"--sweep {text}")
     key, equals, values = text.partition("=")
     if not equals or not all(key.split(".")):
         raise ConfigError.of(origin, "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3")
-    texts = tuple(map(in_one_line, reader.value(f"[{values}]", origin)))
+    texts = [in_one_line(value) for value in reader.value(f"[{values}]", origin)]
     twice = [text for text in texts if texts.count(text) > 1]
     if len(texts) < 2:
         wrong = f"a sweep of {key} needs two values or more, as in {key}=1e-4,1e-3"
         raise ConfigError.of(origin, wrong)
     if twice:
         raise ConfigError.of(origin, f"the value {twice[0]} is given twice")
-    return Sweep(key, texts, origin)
+    return [(f"{key}={text}", origin) for text in texts]
 
 
-def variants(sweeps: Sequence[Sweep]) -> dict[str, list[tuple[str, Origin]]]:
-    """Settings ``KEY=VALUE`` of every combination of the values, each with its sweep's origin.
+def variants(sweeps: Sequence[Sequence[Setting]]) -> dict[str, Sequence[Setting]]:
+    """Every combination of the settings of sweeps.
 
     Keys are the endings of the results' names; without sweeps there is one, the empty text. The
     last key's values change fastest.
     """
     origin = Origin("sweep")
-    keys = [sweep.key for sweep in sweeps]
+    keys = [first.partition("=")[0] for (first, _), *_ in sweeps]
     if len(set(keys)) < len(keys):
         raise ConfigError.of(origin, f"a key is swept twice: {', '.join(keys)}")
     # One more than allowed shows that there are too many, before all are made.
-    every = list(itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST_RESULTS + 1))
+    every = list(itertools.islice(itertools.product(*sweeps), MOST_RESULTS + 1))
     if len(every) > MOST_RESULTS:
         raise ConfigError.of(origin, f"more than {MOST_RESULTS} combinations")
-    found: dict[str, list[tuple[str, Origin]]] = {}
-    folded: dict[str, list[tuple[str, Origin]]] = {}
-    for values in every:
-        name = ending(list(zip(keys, values, strict=True)))
-        settings = [(f"{s.key}={x}", s.origin) for s, x in zip(sweeps, values, strict=True)]
+    found: dict[str, Sequence[Setting]] = {}
+    folded: dict[str, Sequence[Setting]] = {}
+    for settings in every:
+        name = ending([text.partition("=")[::2] for text, _ in settings])
         twin = folded.setdefault(name.casefold(), settings)
         if twin is not settings:
             both = " and ".join(", ".join(text for text, _ in x) for x in (twin, settings))

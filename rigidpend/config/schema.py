@@ -10,7 +10,6 @@ import inspect
 import math
 import re
 from collections.abc import Callable
-from fractions import Fraction
 from types import UnionType
 from typing import (
     TYPE_CHECKING,
@@ -41,7 +40,7 @@ from rigidpend.config.complaints import meant
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.exact import FINEST_BITS, PRECISIONS, Exact, exact, exacts
+from rigidpend.numbers.exact import FINEST_BITS, PRECISIONS, Exact, exact
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
@@ -114,7 +113,7 @@ def _of_body(name: str) -> AfterValidator:
     return AfterValidator(held)
 
 
-_ANY_BODY: Any = {"A": exacts((2, 1, Fraction(3, 2))), "r": exacts((1, 0, 0)), "mu": 0}
+_ANY_BODY: Any = {"A": (2, 1, "3/2"), "r": (1, 0, 0), "mu": 0}
 
 
 Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]

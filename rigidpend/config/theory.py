@@ -14,8 +14,8 @@ from rigidpend.mechanics import floquet, in_space
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.free_body import SEPARATRICES
 from rigidpend.mechanics.pendulum import Delta_1
+from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import Exact, context, exact
-from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 
@@ -64,7 +64,7 @@ def of(problem: Any) -> list[Row]:
 def _first_order(problem: RouteProblem) -> Iterator[Row]:
     # A large nu's rounding grows in amplitudes, which may be far below all doubles, but not zero.
     m, p, J2_0 = context(BITS), problem.body.angles(BITS), problem.J2_0(BITS)
-    h0 = problem.h0.in_context(m)
+    h0 = problem.h0.at(BITS)
     for epsilon, beside in ((1, "2 and 4"), (-1, "1 and 3")):
         meaning = f"rad, largest swing of theta1 beside separatrices {beside}, to O(mu)"
         yield number_row(f"Delta_1({epsilon:+d})", meaning, Delta_1(p, h0, epsilon, m))

@@ -76,11 +76,6 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
     return list(told.values())
 
 
-def in_pieces(name: str) -> bool:
-    """True if an experiment is computed in pieces that may go to other machines."""
-    return bool(getattr(computation(name), "PIECES", False))
-
-
 def layout(name: str) -> Layout:
     """Layout of an experiment's results; nothing that computes is imported."""
     return _module(name).LAYOUT

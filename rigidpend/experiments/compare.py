@@ -69,15 +69,6 @@ def keys(stored: Any, fresh: Any) -> list[Difference]:
     ]
 
 
-def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
-    """Find where the attributes of an object differ."""
-    return [
-        Difference(f"{place}@{name}", stored.get(name, ABSENT), fresh.get(name, ABSENT))
-        for name in dict.fromkeys((*stored, *fresh))
-        if not (name in stored and name in fresh and np.array_equal(stored[name], fresh[name]))
-    ]
-
-
 def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Difference]:
     """Find where two result files differ in their structure: see `store.outline`.
 
@@ -97,7 +88,10 @@ def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Dif
                 {k: PRESENT if k in passed else x for k, x in one.items() if k not in TOLD}
                 for one in (old, new)
             )
-        found += attributes(old, new, place)
+        for name in dict.fromkeys((*old, *new)):
+            if not (name in old and name in new and np.array_equal(old[name], new[name])):
+                pair = old.get(name, ABSENT), new.get(name, ABSENT)
+                found.append(Difference(f"{place}@{name}", *pair))
     return found
 
 

@@ -41,6 +41,7 @@ results are compared by it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidpend.experiments.data import Tree
@@ -65,15 +66,9 @@ class Piece(NamedTuple):
     """A function at the top level of a module, so that it can be pickled."""
     arguments: tuple[Any, ...]
 
-
-def compute_in_order(pieces: Sequence[Piece]) -> Iterator[Tree]:
-    """Compute parts one after the other, without checkpoints."""
-    return (piece.work(*piece.arguments) for piece in pieces)
-
-
-def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
-    """Compute a part, without a checkpoint."""
-    return compute()
+    def compute(self) -> Tree:
+        """Compute the part, without a checkpoint."""
+        return self.work(*self.arguments)
 
 
 class Means(NamedTuple):
@@ -85,10 +80,15 @@ class Means(NamedTuple):
     """Number of threads or processes at a time."""
     report: Callable[[str], None] = tell_nobody
     """Receiver of lines of progress."""
-    part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
-    """Checkpoint: ``part(name, compute)`` is ``compute()``, stored for an interrupted run."""
-    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
-    """Checkpoints that other machines may compute; gives the trees in the order of the pieces."""
+    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(map, Piece.compute)
+    """Checkpoints: gives the trees of pieces in their order, each stored for an interrupted run.
+
+    Other machines may compute them."""
+
+    def part(self, name: str, compute: Callable[[], Tree]) -> Tree:
+        """A single checkpoint, which this process computes: ``compute()``, stored as a piece is."""
+        [tree] = self.pieces([Piece(name, compute, ())])
+        return tree
 
     def threads(self, pieces: int) -> int:
         """Number of threads that each of so many pieces may take.

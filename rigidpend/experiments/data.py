@@ -121,10 +121,9 @@ def as_bytes(texts: Any) -> Any:
 
 
 Layout: TypeAlias = Mapping[str, "Field | Layout"]
-Fields: TypeAlias = Mapping[str, Field]
 
 
-def held(bound: float | Allowed, fields: Fields) -> dict[str, Field]:
+def held(bound: float | Allowed, fields: Mapping[str, Field]) -> dict[str, Field]:
     """The fields, with this bound for fields of doubles that declare none."""
     return {
         name: field._replace(within=bound)

@@ -22,8 +22,8 @@ from matplotlib.text import Annotation
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.experiments.data import Field
+from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Array
 
 WIDTH = 7.2
 """Width of a page, inches."""

@@ -24,10 +24,9 @@ from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN, momentum, scale, vertical
 from rigidpend.mechanics.equations import euler_poisson
-from rigidpend.mechanics.free_body import separatrix_theta1
-from rigidpend.numbers.exact import GUARD_BITS, context, exacts
-from rigidpend.numbers.generic import Array, Scalar
-from rigidpend.routes.cycle import symbols
+from rigidpend.mechanics.free_body import separatrix_theta1, symbols
+from rigidpend.numbers import Array, Scalar
+from rigidpend.numbers.exact import GUARD_BITS, context, exact
 from rigidpend.routes.problem import RouteProblem, passage_limit
 
 
@@ -93,7 +92,7 @@ def integrator(
     return hy.taylor_adaptive(
         list(zip(names, field(A, r, mu)(names), strict=True)),
         [kind(0)] * size,
-        pars=[typed(context(bits).mpf(x.in_context(m)), kind) for x in numbers],
+        pars=[typed(context(bits).mpf(x.at(m.prec)), kind) for x in numbers],
         time=kind(0),
         fp_type=kind,
         tol=kind(2.0 ** (1 - bits)),
@@ -120,14 +119,14 @@ def initial(problem: RouteProblem, theta2_0: Any, bits: int = 53) -> list[list[A
     once; each theta2_0 is exact.
     """
     m = context(bits + GUARD_BITS)
-    p, A = problem.body.angles(bits + GUARD_BITS), [x.in_context(m) for x in problem.body.A]
-    J1, J2 = problem.J1_0.in_context(m), m.mpf(problem.J2_0(bits + GUARD_BITS))
+    p, A = problem.body.angles(bits + GUARD_BITS), [x.at(m.prec) for x in problem.body.A]
+    J1, J2 = problem.J1_0.at(m.prec), m.mpf(problem.J2_0(bits + GUARD_BITS))
     p_pair = ((2 * J1 - J2) / J2, 2 * m.sqrt(J1 * (J2 - J1)) / J2)
     sinl, cosl = m.sin(p.alpha0 / 2), m.cos(p.alpha0 / 2)
     M = momentum(J2 / scale(A, m), *p_pair, sinl, cosl)
     found = []
     for theta2 in theta2_0:
-        g = (p.alpha0 + p.beta0) / 2 + theta2.in_context(m)
+        g = (p.alpha0 + p.beta0) / 2 + theta2.at(m.prec)
         gamma = vertical(p_pair, (m.mpf(0), m.mpf(1)), (m.sin(g), m.cos(g)), (sinl, cosl))
         found.append([context(bits).mpf(x) for x in (*M, *gamma)])
     return found
@@ -149,7 +148,7 @@ def codes(
     body = problem.body
     # In physical time, t = t'/s.
     limit = passage_limit(problem, bits) / float(scale(body.floats()[0]))
-    states = np.array(initial(problem, exacts(phases), bits), dtype=object)
+    states = np.array(initial(problem, map(exact, phases), bits), dtype=object)
     given = body, problem.n_symbols + 1, limit, bits
     found = side_by_side(_angles, given, True, spread(states, jobs, axis=0), jobs)
     theta1 = np.concatenate(found, axis=1)

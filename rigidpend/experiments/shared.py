@@ -10,8 +10,8 @@ import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, relative, where
 from rigidpend.experiments.data import ANY, WHOLE, Allowed, Data, Field, double, flag, text, whole
+from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     from fractions import Fraction

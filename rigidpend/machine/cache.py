@@ -98,18 +98,13 @@ class Subfolder(NamedTuple):
     files: list[Path]
 
 
-def user_cache() -> Path:
-    """The folder for caches of all programs of this user."""
+def folder() -> Path:
+    """The folder of this package's cache, among those of all programs of this user."""
     if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches"
+        return Path.home() / "Library" / "Caches" / "rigidpend"
     given = Path(os.environ.get("XDG_CACHE_HOME", ""))
     # The specification has relative paths ignored: each working folder would have its own cache.
-    return given if given.is_absolute() else Path.home() / ".cache"
-
-
-def folder() -> Path:
-    """The folder of this package's cache."""
-    return user_cache() / "rigidpend"
+    return (given if given.is_absolute() else Path.home() / ".cache") / "rigidpend"
 
 
 def load(within: Path, of: bytes) -> bytes | None:

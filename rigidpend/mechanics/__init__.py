@@ -11,7 +11,7 @@ jacobi        Jacobi's elliptic functions, precise up to k = 1
 
 The free body, mu = 0 (Euler case):
 
-free_body     orbits on the sphere of M, separatrices as motions in time
+free_body     orbits on the sphere of M, separatrices as motions in time, the cycle of Fig. 2
 
 Pendulum motions and periodic orbits:
 

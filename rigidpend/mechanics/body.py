@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rigidpend.numbers import checked
+from rigidpend.numbers import Elementary, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, ExactError, context, exact, function
 from rigidpend.numbers.expressions import named
-from rigidpend.numbers.generic import Elementary, Scalar
 
 SAME_WITHIN = 1e-15
 """Difference below which two angles count as equal, radians: the rounding of doubles."""
@@ -35,8 +34,7 @@ class BodyError(ParameterError):
 
 def check_units(name: str, energy: Exact, error: type[ParameterError] = ParameterError) -> None:
     """Refuse an energy far from 1, which other units would bring closer to 1."""
-    m = context(113)
-    if not 1 / m.mpf(FARTHEST_ENERGY) <= energy.in_context(m) <= FARTHEST_ENERGY:
+    if not 1 / context(113).mpf(FARTHEST_ENERGY) <= energy.at(113) <= FARTHEST_ENERGY:
         raise error(
             name,
             f"{name} = {energy} is outside of {1 / FARTHEST_ENERGY} to {FARTHEST_ENERGY:g}: take"
@@ -216,9 +214,9 @@ def _angles(body: Body, bits: int) -> Angles:
     guard = context(bits + GUARD_BITS)
     A1, A2, A3 = body.A
     # Differences of the exact numbers: for a nearly symmetric body rounded ones would cancel.
-    differences = [x.in_context(guard) for x in (A1 - A2, A1 - A3, A3 - A2)]
-    A, r = ([x.in_context(guard) for x in triple] for triple in (body.A, body.r))
-    made = angles_from_moments(A, differences, r, body.mu.in_context(guard), guard)
+    differences = [x.at(guard.prec) for x in (A1 - A2, A1 - A3, A3 - A2)]
+    A, r = ([x.at(guard.prec) for x in triple] for triple in (body.A, body.r))
+    made = angles_from_moments(A, differences, r, body.mu.at(guard.prec), guard)
     rounded = float if bits == 53 else context(bits).mpf
     return Angles(*map(rounded, made))
 

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigidpend.numbers.generic import Array, Elementary, Numbers, Scalar
+from rigidpend.numbers import Array, Elementary, Numbers, Scalar
 
 TURN = 2 * np.pi
 """A whole turn, radians. theta1 is defined modulo two turns, since l = (theta1 - beta0)/2."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from rigidpend.mechanics.body import Angles
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+from rigidpend.numbers import Elementary, Numbers, Scalar
 
 
 def cross(a: Numbers, b: Numbers) -> tuple[Any, Any, Any]:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from rigidpend.mechanics import jacobi, pendulum
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 
 STAGES = 10
 """Number of Gauss points in a step: the method is of order 20."""

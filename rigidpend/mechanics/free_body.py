@@ -7,7 +7,8 @@ which orbit it is. M is in units of |M|. The first axis of arrays counts compone
 samples.
 
 Separatrices 2 and 4 rise from J1 = 0 to J1 = J2; 1 and 3 fall. As motions in the dimensionless time
-t' they are functions of generic numbers: `m` is numpy, math or an mpmath context.
+t' they are functions of generic numbers: `m` is numpy, math or an mpmath context. With the periodic
+orbits they form the heteroclinic cycle of Fig. 2, whose turns are the symbols of a route.
 """
 
 from __future__ import annotations
@@ -25,10 +26,27 @@ from rigidpend.mechanics.coordinates import (
     canonical_from_andoyer,
 )
 from rigidpend.mechanics.equations import eq1
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+from rigidpend.numbers import Elementary, Numbers, Scalar
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 SEPARATRICES = (1, 2, 3, 4)
 """Numbers of the separatrices; 2 and 4 are the halves of one circle, 1 and 3 of the other."""
+TURNS = (
+    *((2, 1, 0), (2, 3, 1), (4, 3, 0), (4, 1, 1)),
+    *((1, 4, 0), (1, 2, 1), (3, 2, 0), (3, 4, 1)),
+)
+"""Turns of an orbit near a periodic orbit: separatrix of arrival, separatrix of departure, symbol.
+
+With symbol 0 the orbit leaves towards smaller theta1 (left), with 1 towards larger theta1 (right),
+modulo 4 pi."""
+
+MIRRORED = np.array([0, 3, 4, 1, 2], dtype=np.uint8)
+"""Separatrices of the mirror image of an orbit: 1 and 3, 2 and 4 change places; 0 is none."""
+
+# Indexed by arrival and departure. Pairs that are no turn, and 0 for no crossing, have no symbol.
+_SYMBOL = np.full((5, 5), NO_SYMBOL, dtype=np.uint8)
+for _arriving, _leaving, _symbol in TURNS:
+    _SYMBOL[_arriving, _leaving] = _symbol
 
 
 def around_M2(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
@@ -160,3 +178,14 @@ def separatrix_beside(rising: Any, Qp: Scalar, Qm: Scalar) -> Any:
     """
     up, down = 4 - 2 * (Qp > 0), 3 - 2 * (Qm < 0)
     return down + rising * (up - down)
+
+
+def symbols(separatrix: ArrayLike) -> NDArray[np.uint8]:
+    """The symbols (k, n) of crossings (k + 1, n), given by separatrices 1..4, or 0 for no crossing.
+
+    Symbol i is the side on which the orbit leaves between crossings i and i + 1; `NO_SYMBOL` where
+    there is no crossing i + 1.
+    """
+    beside = np.asarray(separatrix)
+    # One index for both separatrices, 5 i + j: 1.5 million pairs take 1.6 ms instead of 5.
+    return np.take(_SYMBOL, beside[:-1] * np.uint8(len(_SYMBOL)) + beside[1:])

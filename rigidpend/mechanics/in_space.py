@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from rigidpend.mechanics.body import SAME_WITHIN, Angles, Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, cross
+from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import context
-from rigidpend.numbers.generic import Numbers, Scalar
 
 
 class Regime(Enum):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidpend.numbers.generic import Elementary, Scalar
+from rigidpend.numbers import Elementary, Scalar
 
 
 def sncndn(u: Scalar, kc: Scalar, m: Elementary) -> tuple[Any, Any, Any]:

@@ -22,7 +22,7 @@ from typing import Any
 
 from rigidpend.mechanics import jacobi
 from rigidpend.mechanics.body import Angles
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+from rigidpend.numbers import Elementary, Numbers, Scalar
 
 
 def body_motion(

@@ -12,7 +12,7 @@ import functools
 import math
 import numbers
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -152,10 +152,6 @@ class Exact:
             raise ExactError(f"{shown(self.text)}: beyond 2**{MOST_SIZE} or its inverse")
         return value
 
-    def in_context(self, m: MPContext) -> Any:
-        """The value in the precision of the context `m`."""
-        return self.at(m.prec)
-
     def __float__(self) -> float:
         if self.fraction is None:
             return float(self.at(113))
@@ -282,11 +278,6 @@ def _node(node: ast.expr, source: str) -> Exact:
             return function(name, _node(inner, source))
     part, known = ast.get_source_segment(source, node) or source, ", ".join(FUNCTIONS)
     raise ExactError(f"{shown(part)!r} is not understood (known: numbers, pi, + - * / **, {known})")
-
-
-def exacts(values: Iterable[Any]) -> list[Exact]:
-    """Take several numbers exactly: :func:`exact` of each."""
-    return [exact(value) for value in values]
 
 
 def function(name: str, x: Exact) -> Exact:

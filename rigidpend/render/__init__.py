@@ -50,10 +50,6 @@ errors, such as a missing name or a value of a type that layouts exclude, are fa
 and are reported as such."""
 
 
-class Undrawable(store.StoreError):
-    """Error: the values of a result cannot be drawn, as may be in a foreign file."""
-
-
 def render(source: Path, target: Path, *, force: bool = False) -> bool:
     """Draw a result into a file whose suffix is the format, unless the image there is up to date.
 
@@ -68,8 +64,8 @@ def render(source: Path, target: Path, *, force: bool = False) -> bool:
     result = storage.marked(store.load(source), storage.beside(source))
     try:
         drawn = image(result, target.suffix[1:], origin)
-    except Undrawable as error:
-        raise Undrawable.of(source, str(error)) from error
+    except OF_VALUES as error:
+        raise store.StoreError.of(source, f"cannot be drawn: {wording.error(error)}") from error
     files.write(target, drawn)
     return True
 
@@ -99,8 +95,8 @@ def kept(target: Path, origin: str) -> bytes | None:
 def image(result: Loaded, suffix: str, origin: str = "") -> bytes:
     """Draw a loaded result as the bytes of a file, whose format is one of `ENDS`.
 
-    Its metadata have the `origin`, as of :func:`drawn_from`. Undrawable if its values cannot be
-    drawn, as layouts declare no ranges.
+    Its metadata have the `origin`, as of :func:`drawn_from`. One of `OF_VALUES` if its values
+    cannot be drawn, as layouts declare no ranges.
     """
     # A figure in a file needs no display; an unknown backend in the user's environment would stop
     # matplotlib's import.
@@ -111,11 +107,8 @@ def image(result: Loaded, suffix: str, origin: str = "") -> bytes:
     logging.getLogger("fontTools").setLevel(logging.ERROR)
     told = {**result["attributes"], "drawn_from": origin}
     with matplotlib.rc_context(fname=STYLE):
-        try:
-            figure = experiments.drawing(told["experiment"]).draw(result)
-            return _image(figure, suffix, told, captions.foot(result))
-        except OF_VALUES as error:
-            raise Undrawable(f"cannot be drawn: {wording.error(error)}") from error
+        figure = experiments.drawing(told["experiment"]).draw(result)
+        return _image(figure, suffix, told, captions.foot(result))
 
 
 def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) -> bytes:

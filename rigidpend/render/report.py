@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments, render
+from rigidpend.config.catalogue import with_remedy
 from rigidpend.machine import files, wording
 from rigidpend.machine.files import Absent
 from rigidpend.machine.wording import Table
 from rigidpend.machine.workers import check_stop, cores, side_by_side
 from rigidpend.render import captions
 from rigidpend.results import store
-from rigidpend.runs import remedies
 from rigidpend.runs.certificate_files import beside, marked, results_in
 
 HERE = Path(__file__).parent
@@ -99,12 +99,10 @@ def _section(source: Path) -> ResultSection:
         try:
             certificate = beside(source)
         except store.StoreError as error:
-            doubt = f"nothing is marked as proven: {remedies.told(error)}"
+            doubt = f"nothing is marked as proven: {with_remedy(error)}"
         origin = render.drawn_from(source, str(result["attributes"]["experiment"]))
         drawn = render.kept(source.with_suffix(".png"), origin)
         return section(marked(result, certificate), drawn)._replace(doubt=doubt)
-    except render.Undrawable as error:
-        said = store.StoreError.of(source, str(error))
     except store.StoreError as error:
         said = error
     except MemoryError:
@@ -113,7 +111,7 @@ def _section(source: Path) -> ResultSection:
         # An error in one file, of whatever kind, must not keep the others from being shown.
         said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
     name = source.stem
-    return ResultSection(name, name, (True, f" {name}"), problem=remedies.told(said))
+    return ResultSection(name, name, (True, f" {name}"), problem=with_remedy(said))
 
 
 def section(result: Any, drawn: bytes | None = None) -> ResultSection:

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body, BodyError, direction
+from rigidpend.mechanics.free_body import symbols
+from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import exact, function
-from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits import columns, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.records import columns, joined
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import Decided
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.run import Run, Starts

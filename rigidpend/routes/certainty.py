@@ -34,12 +34,12 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.checked import GAP_BITS
-from rigidpend.orbits import M_UNITS
+from rigidpend.orbits import M_UNITS, joined, put
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.records import columns as columns_of
-from rigidpend.orbits.records import joined, put
 from rigidpend.routes.start import Scales
 
 FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = (
@@ -106,14 +106,12 @@ Columns: TypeAlias = NDArray[np.intp]
 """Indices of some of the orbits."""
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 """Computation of some columns in a precision (bits) and scales."""
-Third: TypeAlias = Callable[[Columns], Crossings]
-"""Third computation of some columns in a precision."""
 MostComputations: TypeAlias = Callable[[int], int]
 """Largest number of computations in a precision (bits)."""
-Work: TypeAlias = Callable[[Columns], Decided]
-"""Decision of some columns in a precision."""
-Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
-"""Division of columns into pieces, with what the work decides of each; see :func:`decide`."""
+Third: TypeAlias = Callable[[Columns], Crossings]
+"""Another computation of some columns, whose precision and scales are settled."""
+Division: TypeAlias = Callable[[int, int], tuple[int, int]]
+"""Columns in a piece, of so many in a precision (bits), and threads that share the pieces."""
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
@@ -144,9 +142,9 @@ def kept_bits(bits: int) -> int:
     return min(bits, KEPT_IN_PAIRS) if bits <= PAIRS else bits
 
 
-def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-    """All columns decided at once: the `share` of :func:`decide` without any division."""
-    return [(columns, work(columns))]
+def undivided(n: int, _: int) -> tuple[int, int]:
+    """All columns are one piece, for one thread."""
+    return max(1, n), 1
 
 
 def decide(
@@ -154,7 +152,7 @@ def decide(
     n: int,
     rate: float,
     precisions: tuple[int, ...],
-    share: Share = undivided,
+    division: Division = undivided,
     most_computations: MostComputations = lambda _: 3,
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
@@ -175,10 +173,10 @@ def decide(
         Radians per unit of t', for :func:`agreement`.
     precisions : tuple of int
         Bits, ascending.
-    share : callable, optional
-        ``share(work, columns, bits)`` divides the columns into pieces, lets `work` decide each in
-        that precision, and returns a list of the columns of each piece with what was decided. By
-        default all columns are one piece.
+    division : callable, optional
+        ``division(n, bits)`` is the number of columns, of n, that are decided together in that
+        precision, and the number of threads that decide such pieces side by side. By default all
+        columns are one piece.
     most_computations : callable, optional
         ``most_computations(bits)`` in a precision, 1 to 3.
     """
@@ -201,10 +199,10 @@ def decide(
             _confirm(certain, first, second, rate, columns, third, limits)
         return _decided(second, certain, least)
 
-    pieces = share(settle, np.arange(n), least)
+    pieces = _in_pieces(settle, np.arange(n), division(n, least))
     # The pieces come back in the order of the columns, so that joining them is enough.
     found = joined([piece for _, piece in pieces])
-    climb(compute, found, rate, precisions[1:], most_computations, share)
+    climb(compute, found, rate, precisions[1:], most_computations, division)
     return found
 
 
@@ -214,7 +212,7 @@ def climb(
     rate: float,
     precisions: tuple[int, ...],
     most_computations: MostComputations = lambda _: 3,
-    share: Share = undivided,
+    division: Division = undivided,
     beside: Third | None = None,
 ) -> None:
     """Decide the open columns in ascending higher precisions; `found` is changed in place.
@@ -229,8 +227,17 @@ def climb(
             break
         count, third = most_computations(bits), beside if bits == precisions[0] else None
         further = functools.partial(_further, compute, found, rate, bits, count, third)
-        for columns, piece in share(further, left, bits):
+        for columns, piece in _in_pieces(further, left, division(left.size, bits)):
             put(found, columns, piece)
+
+
+def _in_pieces(
+    work: Callable[[Columns], Decided], columns: Columns, divided: tuple[int, int]
+) -> list[tuple[Columns, Decided]]:
+    """Let threads decide the columns in pieces, which keep the columns' order."""
+    size, jobs = divided
+    parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
+    return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
 def _further(

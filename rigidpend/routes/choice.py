@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.orbits.records import put
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError, RouteProblem
-from rigidpend.routes.run import Run, in_pieces
+from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 
 if TYPE_CHECKING:
@@ -159,10 +159,8 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
     compute, left = with_maps(maps, run.crossings, precisions)
 
     # The pieces follow one another, for the threads share the orbits within each.
-    def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-        return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
-
-    known = certainty.decide(compute, n, rate, within, share, maps.most_computations)
+    pieces = max(1, PIECE // (run.problem.n_symbols + 1)), 1
+    known = certainty.decide(compute, n, rate, within, lambda *_: pieces, maps.most_computations)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = run.beyond(maps.most_bits)
     if open_.size and beyond:

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.wording import counted
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers import checked
+from rigidpend.mechanics.free_body import symbols
+from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.expressions import words
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import Decided
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run

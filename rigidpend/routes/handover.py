@@ -15,12 +15,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.orbits import columns as columns_of
+from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.states import at_crossings
-from rigidpend.orbits.records import columns as columns_of
-from rigidpend.orbits.records import put
 from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided

@@ -18,7 +18,7 @@ from rigidpend.mechanics.coordinates import (
 )
 from rigidpend.mechanics.equations import aligned, aligned_coefficients
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.numbers.generic import Array, Numbers
+from rigidpend.numbers import Array, Numbers
 from rigidpend.orbits.integrate.passages import crosses
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem

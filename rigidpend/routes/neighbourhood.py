@@ -15,19 +15,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
+from rigidpend.orbits import joined
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, rung
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
-from rigidpend.orbits.records import joined
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, routes_of
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import Run, tolerance_of
@@ -45,26 +46,24 @@ BITS_AT_ONCE = 6
 """Bits that are gained at a time: 2^6 - 1 phases divide the bracket."""
 
 
+@dataclass(eq=False)
 class Neighbourhood:
     """Routes in the neighbourhood of one phase.
 
-    The `centre` is the phase of the reference orbit, and `finest` the least distance of phases that
-    is to be resolved, both theta2_0 in radians. Precisions are relative to the distance from the
-    centre: 53 bits are differences in doubles, higher ones are integrations in as many bits more as
-    the distance takes.
+    Precisions are relative to the distance from it: 53 bits are differences in doubles, higher ones
+    are integrations in as many bits more as the distance takes.
     """
 
-    def __init__(
-        self,
-        problem: RouteProblem,
-        centre: Exact,
-        finest: float,
-        arithmetic: Arithmetic,
-        jobs: int = 1,
-    ) -> None:
-        self.problem, self.centre, self.finest = problem, centre, finest
-        self.arithmetic, self.jobs = arithmetic, jobs
-        self.bits = reference_bits(finest, SPARE)
+    problem: RouteProblem
+    centre: Exact
+    """The phase theta2_0 of the reference orbit, radians."""
+    finest: float
+    """The least distance of phases that is to be resolved, radians."""
+    arithmetic: Arithmetic
+    jobs: int = 1
+
+    def __post_init__(self) -> None:
+        self.bits = reference_bits(self.finest, SPARE)
         """Bits of the reference orbit at its start."""
         self._references: dict[Scales, ReferenceOrbit] = {}
 

@@ -125,7 +125,7 @@ def angle(phase: Exact, bits: int) -> Any:
         return phase.at(bits)
     # As many bits more as the whole turns cancel.
     m = context(bits + math.frexp(size)[1])
-    value, turn = phase.in_context(m), 2 * m.pi
+    value, turn = phase.at(m.prec), 2 * m.pi
     return context(bits).mpf(value - turn * m.nint(value / turn))
 
 

@@ -31,8 +31,7 @@ class ProblemError(ParameterError):
 
 def check_energy(name: str, h: Exact, mu: Exact) -> None:
     """Raise ProblemError for an energy not above mu, or one that calls for other units."""
-    m = context(113)
-    if not h.in_context(m) > mu.in_context(m):
+    if not h.at(113) > mu.at(113):
         raise ProblemError(name, f"{name} > mu is broken: {name} = {h}, mu = {mu}")
     check_units(name, h, ProblemError)
 
@@ -59,12 +58,12 @@ class RouteProblem:
         for name in ("h0", "J1_0"):
             object.__setattr__(self, name, checked.number(name, getattr(self, name), ProblemError))
         m = context(113)
-        h0, mu = self.h0.in_context(m), self.body.mu.in_context(m)
+        h0, mu = self.h0.at(113), self.body.mu.at(113)
         check_energy("h0", self.h0, self.body.mu)
         if 0 < mu < LEAST_MU * h0:
             message = f"mu = {self.body.mu} is below {LEAST_MU} h0, too small for doubles; mu = 0?"
             raise ProblemError("mu", message)
-        J1, J2 = self.J1_0.in_context(m), self.J2_0(113)
+        J1, J2 = self.J1_0.at(113), self.J2_0(113)
         shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
         if not (J1 > 0 and self.J2mJ1_0(113) > 0):
             raise ProblemError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
@@ -114,8 +113,7 @@ def phase_rate(problem: RouteProblem) -> float:
 
 def rotation_period(problem: RouteProblem) -> float:
     """The period in t' of the pendulum rotation that the orbits pass by."""
-    m = context(113)
-    return float(pendulum.period(problem.body.angles(113), problem.h0.in_context(m), m))
+    return float(pendulum.period(problem.body.angles(113), problem.h0.at(113), context(113)))
 
 
 @functools.lru_cache(maxsize=256)
@@ -130,7 +128,7 @@ def passage_rotations(problem: RouteProblem) -> float:
     p, m = problem.body.angles(), context(53)
     if not p.mu:
         return math.inf
-    depth = float(m.log(2 * problem.h0.in_context(m) / problem.body.mu.in_context(m)))
+    depth = float(m.log(2 * problem.h0.at(53) / problem.body.mu.at(53)))
     # ln(J2/J1) at the closest, over 2 pi^2/nu, is half of the rotations: in and out take the same.
     return max(1.0, (depth + min(closeness(problem), 53 * math.log(2))) * p.nu / math.pi**2)
 
@@ -141,7 +139,7 @@ def closeness(problem: RouteProblem) -> float:
     Orbits pass at the distance by which the surfaces are split, or at that of the start where it is
     larger: a part J1_0/J2_0 of the displacement.
     """
-    start = float(context(53).log(problem.J2_0(53) / problem.J1_0.in_context(context(53))))
+    start = float(context(53).log(problem.J2_0(53) / problem.J1_0.at(53)))
     return min(narrowness(problem.body.angles().nu), start)
 
 
@@ -171,10 +169,10 @@ def passage_limit(problem: RouteProblem, bits: int) -> float:
     the start and to mu/h0, and four rotations.
     """
     m, p = context(53), problem.body.angles()
-    smaller = min(problem.J1_0.in_context(m), problem.J2mJ1_0(53))
+    smaller = min(problem.J1_0.at(53), problem.J2mJ1_0(53))
     # Distances are the square roots of actions, hence the half.
     depth = m.log(problem.J2_0(53) / smaller) / 2
     if p.mu:
-        depth += m.log(problem.h0.in_context(m) / problem.body.mu.in_context(m))
+        depth += m.log(problem.h0.at(53) / problem.body.mu.at(53))
     nats = float(depth) + (bits + 20) * math.log(2)
     return (2 * nats * p.nu / math.pi**2 + 4) * rotation_period(problem)

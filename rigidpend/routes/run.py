@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, Arithmetic, in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.records import columns as columns_of
 from rigidpend.routes import certainty
-from rigidpend.routes.certainty import Columns, Compute, Decided, Work
+from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.costs import RUNGS, fits
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
@@ -156,15 +156,15 @@ class Run:
                 return of_few(bits, scales, columns)
             return (alone if in_own(bits) else self).crossings(bits, scales, columns)
 
-        def share(work: Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
+        def division(count: int, bits: int) -> tuple[int, int]:
             if not in_own(bits):
-                return certainty.undivided(work, columns, bits)
-            size = max(fewest(bits), -(-len(columns) // (PIECES_A_THREAD * self.jobs)))
-            return in_pieces(work, columns, min(MOST_COLUMNS, size), self.jobs)
+                return certainty.undivided(count, bits)
+            size = max(fewest(bits), -(-count // (PIECES_A_THREAD * self.jobs)))
+            return min(MOST_COLUMNS, size), self.jobs
 
         least = self.arithmetic.precisions[0]
         ladder = least, *self.beyond(least)
-        return certainty.decide(compute, n, self.rate, ladder, share, self.most_computations)
+        return certainty.decide(compute, n, self.rate, ladder, division, self.most_computations)
 
 
 def abreast(run: Run) -> Compute:
@@ -208,12 +208,6 @@ def _with_action(problem: RouteProblem, J1_0: float) -> RouteProblem:
 def _in_scales(scales: Scales, run: Run, bits: int, columns: Any) -> Crossings:
     """One of the computations that go side by side: `Run.crossings` with the scales first."""
     return run.crossings(bits, scales, columns)
-
-
-def in_pieces(work: Work, columns: Columns, size: int, jobs: int) -> list[tuple[Columns, Decided]]:
-    """Let threads decide the columns in pieces of `size`; the pieces keep the columns' order."""
-    parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
-    return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
 def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:

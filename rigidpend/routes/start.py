@@ -55,7 +55,7 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
     guarded, rounded = bits + GUARD_BITS, _rounding(bits)
     m, p = context(guarded), problem.body.angles(guarded)
     unit, tall = m.mpf(scales.momentum), m.mpf(scales.vertical)
-    J, theta1 = (problem.J1_0.in_context(m), problem.J2mJ1_0(guarded), m.mpf(0)), p.alpha0 + p.beta0
+    J, theta1 = (problem.J1_0.at(guarded), problem.J2mJ1_0(guarded), m.mpf(0)), p.alpha0 + p.beta0
     # gamma is linear in cos and sin of theta2: its values at 0 and pi/2 are the coefficients.
     one, other = (
         aligned_from_canonical(

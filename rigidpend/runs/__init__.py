@@ -12,5 +12,4 @@ regression  comparison of results with stored references
 certificates  certificates of whole configs, stored while they are made
 certificate_files  certificates as files
 orbit_proofs  proofs that an orbit has a code, as files
-remedies    commands that make an absent or unusable result again
 """

@@ -121,7 +121,7 @@ def gathered(
             idle = not threads
             ahead = max(LEAST_AHEAD, AHEAD * threads) - len(names)
             for piece in itertools.islice(waiting, max(0, ahead)):
-                call = pickle.dumps(_Call((*given, pickle.dumps((piece.work, piece.arguments)))))
+                call = pickle.dumps(_Call((*given, pickle.dumps(piece))))
                 # Not pure, so that Dask never takes a result of an equal call from before.
                 names[client.submit(pickle.loads, call, pure=False)] = piece.name
             for future in _ready(client, list(names)):
@@ -233,8 +233,7 @@ def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) 
                 " install the same rigidpend and the same libraries there"
             )
     try:
-        work, arguments = pickle.loads(job)
-        tree = work(*arguments)
+        tree = pickle.loads(job).compute()
     except MemoryError:
         said = f"the worker {here} has not enough memory: {ROOM}; {CONTINUES}"
         raise WorkerError(said) from None

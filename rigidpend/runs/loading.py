@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.config import catalogue, overrides, reader, validation, writer
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
-from rigidpend.config.overrides import Sweep
+from rigidpend.config.overrides import Setting
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import WRITTEN, ExperimentConfig
 from rigidpend.numbers import expressions
@@ -73,7 +73,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     return found
 
 
-def _loaded(path: Path, document: Document, settings: Sequence[tuple[str, Origin]]) -> LoadedConfig:
+def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> LoadedConfig:
     """Check a config that was read, with settings, each with its origin."""
     overrides.check_free(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
@@ -119,7 +119,7 @@ def load_swept(
 
 
 def _swept(
-    path: Path, settings: Sequence[tuple[str, Origin]], sweeps: Sequence[Sweep], name: str | None
+    path: Path, settings: Sequence[Setting], sweeps: Sequence[Sequence[Setting]], name: str | None
 ) -> list[LoadedConfig]:
     document = _read(path)
     # Without a sweep there is one variant, with an empty ending and no further settings.

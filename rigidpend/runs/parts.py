@@ -7,7 +7,7 @@ import json
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
+from operator import methodcaller
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +23,6 @@ KINDS = re.compile(r"[<>|][biufcS]\d{1,6}")
 """Types of the elements of arrays, as numpy writes them."""
 UNFIT = ArithmeticError, LookupError, RecursionError, TypeError, ValueError
 """Errors raised by bytes that are no part."""
-DIGITS = 12
-"""Digits of the length of an outline, which precede it."""
 
 
 class Parts:
@@ -75,12 +73,11 @@ class Parts:
         """The parts in order, each by :meth:`keep`; many parts are computed by processes."""
         self._make_room()
         missing = [piece for piece in pieces if not self.has(piece.name)]
-        apart = worth_processes(len(missing), jobs)
-        made = ahead(_computed, missing, jobs) if apart else map(_computed, missing)
-        names = {piece.name for piece in missing}
+        apart = missing if worth_processes(len(missing), jobs) else []
+        made, names = ahead(methodcaller("compute"), apart, jobs), {piece.name for piece in apart}
         for piece in pieces:
             # A part that another run has stored meanwhile is the same.
-            again = [next(made)].pop if piece.name in names else partial(_computed, piece)
+            again = [next(made)].pop if piece.name in names else piece.compute
             yield self.keep(piece.name, again)
 
     def drop(self) -> None:
@@ -102,10 +99,10 @@ class Parts:
 
 
 def packed(tree: Tree) -> bytes:
-    """A part as bytes: an outline of its groups and arrays in JSON, then the arrays' own bytes."""
+    """A part as bytes: a line of its groups and arrays in JSON, then the arrays' own bytes."""
     arrays: list[bytes] = []
     outline = json.dumps(_outlined(tree, arrays)).encode()
-    return b"".join([b"%0*d" % (DIGITS, len(outline)), outline, *arrays])
+    return b"".join([outline, b"\n", *arrays])
 
 
 # A module's function, because a recursive closure is a reference cycle, which would keep the
@@ -134,8 +131,8 @@ def unpacked(content: bytes) -> Tree:
 
     Whatever the outline says, no more memory is taken than the bytes have.
     """
-    at = DIGITS + int(content[:DIGITS])
-    tree: Tree = _unpacked(json.loads(content[DIGITS:at]), content, [at])
+    end = content.index(b"\n")
+    tree: Tree = _unpacked(json.loads(content[:end]), content, [end + 1])
     return tree
 
 
@@ -154,10 +151,6 @@ def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
     array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
     ends.append(ends[-1] + array.nbytes)
     return array if shape else array[()]
-
-
-def _computed(piece: Piece) -> Tree:
-    return piece.work(*piece.arguments)
 
 
 def sweep(target: Path) -> None:

@@ -173,12 +173,13 @@ def run(
             cluster_of = scheduler, config.experiment, config.engine, parts
             pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # On a cluster each thread of a worker has a piece of its own, and a piece has one job.
-        away, compute = scheduler is not None, experiments.computation(config.experiment).compute
-        if away and not experiments.in_pieces(config.experiment):
-            [data] = pieces([Piece("whole", compute, (content, Means(arithmetic)))])
+        away, computation = scheduler is not None, experiments.computation(config.experiment)
+        if away and not getattr(computation, "PIECES", False):
+            whole = Piece("whole", computation.compute, (content, Means(arithmetic)))
+            [data] = pieces([whole])
         else:
-            means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces)
-            data = compute(content, means)
+            means = Means(arithmetic, 1 if away else jobs, tell, pieces)
+            data = computation.compute(content, means)
         layout = experiments.layout(config.experiment)
         # Data that come in blocks are computed now.
         with store.image(layout, data) as file:

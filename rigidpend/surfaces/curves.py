@@ -13,8 +13,8 @@ from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.floquet import NotHyperbolic, periodic_orbit
 from rigidpend.mechanics.free_body import exponent
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import Exact, context, exact, function
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double
@@ -137,7 +137,7 @@ def times(problem: RouteProblem) -> Array:
     rate = exponent(J2, problem.body.angles(), math)
     # A J1_0 below all doubles has a logarithm.
     m = context(53)
-    whole = 2 * float(m.log(J2 / problem.J1_0.in_context(m) - 1)) / rate
+    whole = 2 * float(m.log(J2 / problem.J1_0.at(53) - 1)) / rate
     steps = math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
     return np.linspace(0, whole, steps + 1)
 

@@ -19,8 +19,8 @@ from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import exponent
 from rigidpend.mechanics.in_space import turning_rate
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (

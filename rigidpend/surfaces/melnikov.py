@@ -26,8 +26,8 @@ from rigidpend.mechanics.free_body import (
     theta1,
     v,
 )
+from rigidpend.numbers import Elementary, Numbers, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, context
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
@@ -86,7 +86,7 @@ def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     # For a tiny J1_0 the lag is many turns. The remainder takes them off, and their bits with them.
     bits = 113 + GUARD_BITS
     m, p = context(bits), problem.body.angles(bits)
-    J1, J2 = problem.J1_0.in_context(m), problem.J2_0(bits)
+    J1, J2 = problem.J1_0.at(bits), problem.J2_0(bits)
     lag = delta(SeparatrixMotion(number, J1, J2 - J1, 0), p, m)
     found = (float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
     # A remainder just below 2 pi may round to the double 2 pi, which is phase 0.
@@ -103,7 +103,7 @@ def missed(problem: RouteProblem) -> float:
     m, nu = context(53), problem.body.angles(53).nu
     # The integral from -infinity of exp(u t - v) cos(kappa J2_0 t + ...), where the integrand of
     # (Im) has left the denominator 1. By logarithms, because sinh(nu) may overflow.
-    depth = m.log(problem.J1_0.in_context(m) / problem.J2_0(53)) - m.log(decay(m.mpf(nu), m))
+    depth = m.log(problem.J1_0.at(53) / problem.J2_0(53)) - m.log(decay(m.mpf(nu), m))
     return float(m.exp(depth) / math.hypot(1, nu / math.pi))
 
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import Exact, context
-from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.surfaces import melnikov

@@ -17,8 +17,8 @@ from rigidpend.mechanics.equations import (
     hamiltonian_J3_0,
 )
 from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, theta1
+from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.states import first_crossings
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
@@ -66,7 +66,7 @@ def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSu
     """
     p = body.angles(bits + GUARD_BITS)
     side = {2: 1, 1: -1}[separatrix]
-    return UnstableSurface(p._replace(beta0=side * p.beta0), h0.in_context(numbers(bits)), bits)
+    return UnstableSurface(p._replace(beta0=side * p.beta0), h0.at(bits + GUARD_BITS), bits)
 
 
 def numbers(bits: int) -> Any:

@@ -260,7 +260,7 @@ def test_an_attack_is_a_sentence_or_a_figure(
     # What is made as a result, with values that are none, ends where it is drawn.
     try:
         render.image(result, "png")
-    except render.Undrawable:
+    except render.OF_VALUES:
         assert name not in DRAWN
     else:
         assert name in DRAWN

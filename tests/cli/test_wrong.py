@@ -19,6 +19,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import common
+from rigidpend.config.catalogue import with_remedy
 from rigidpend.experiments import UnknownExperiment
 from rigidpend.machine import workers
 from rigidpend.machine.files import Absent, StoreError
@@ -31,7 +32,7 @@ from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
-from rigidpend.runs import remedies, runner
+from rigidpend.runs import runner
 from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import SMALL, written
 
@@ -298,7 +299,7 @@ def test_a_result_that_may_not_be_read_is_not_to_be_computed_again(
     file = Path("results", "fig4.h5")
     damaged(file.parent, "fig4")
     monkeypatch.setattr(os, "access", lambda *_: False)
-    said = remedies.told(StoreError.of(file, "not a readable HDF5 file: Permission denied"))
+    said = with_remedy(StoreError.of(file, "not a readable HDF5 file: Permission denied"))
     assert said.endswith("; you may not read it: ask its owner, or take another copy of it")
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from rigidpend.config import overrides, reader
 from rigidpend.config.complaints import ConfigError
-from rigidpend.config.overrides import Sweep
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, SMALL, refused, written
 
@@ -103,7 +102,7 @@ def test_every_combination_has_a_result_named_by_its_values(
 
 def test_lists_and_expressions_are_values_too_and_names_tell_them() -> None:
     found = overrides.option("problem.A=[2, 1, 1.5],[3, 2, 2.5]")
-    assert found[:2] == Sweep("problem.A", ("[2, 1, 1.5]", "[3, 2, 2.5]"))[:2]
+    assert [text for text, _ in found] == ["problem.A=[2, 1, 1.5]", "problem.A=[3, 2, 2.5]"]
     data = {"a": (1, np.array(2.5), True, None), "b": {"c": "x"}}
     assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
     # Without the section; keys that are alike then are told in full.

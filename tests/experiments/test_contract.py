@@ -26,15 +26,15 @@ def signature(function: Any) -> str:
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_offers_what_the_contract_says(name: str) -> None:
     """Names in annotations are of the contract's own types: mypy sees what they stand for."""
-    compute, draw = experiments.computation(name).compute, experiments.drawing(name).draw
-    assert signature(compute) == "(config: Config, means: Means) -> Tree"
+    computation, draw = experiments.computation(name), experiments.drawing(name).draw
+    assert signature(computation.compute) == "(config: Config, means: Means) -> Tree"
     assert signature(draw) == "(result: Loaded) -> Figure"
     told = experiments.drawing(name)
     assert signature(told.tables) == "(result: Loaded) -> list[Table]"
     assert told.CAPTION.endswith(".")
     schema = experiments.schema(name)
     assert schema.__module__ == f"rigidpend.experiments.{name}.schema"
-    assert experiments.in_pieces(name) is (name in ("route_codes", "route_map"))
+    assert hasattr(computation, "PIECES") is (name in ("route_codes", "route_map"))
     declared = dict(fields(experiments.layout(name)))
     assert declared
     for field, node in declared.items():

@@ -104,7 +104,7 @@ def test_parts_take_some_seconds_and_are_the_array(
     parts: dict[str, Any] = {}
 
     def pieces(several: Sequence[Piece]) -> Iterator[Any]:
-        parts.update({each.name: each.work(*each.arguments) for each in several})
+        parts.update({each.name: each.compute() for each in several})
         return (parts[each.name] for each in several)
 
     monkeypatch.setattr(route_codes, "LANES", 2)
@@ -159,7 +159,7 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
 def test_of_orbits_that_stay_five_are_named(content: Any, stay: int, said: str) -> None:
     def pieces(several: Sequence[Piece]) -> Iterator[Any]:
         for one in several:
-            whole = one.work(*one.arguments)
+            whole = one.compute()
             made = {name: np.take(x, np.arange(8) % 2, axis=-1) for name, x in whole.items()}
             made["codes"][1, :stay] = NO_SYMBOL
             yield made | {"theta2_0": np.arange(8.0)}

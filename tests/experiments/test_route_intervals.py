@@ -185,15 +185,15 @@ def test_a_body_of_which_nothing_can_be_proven_is_refused_before_any_search() ->
 
 def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) -> None:
     data = reference("fig4_intervals")["data"]
-    part: Any = lambda *_: {"intervals": data["intervals"], "proof": data["proof"]}  # noqa: E731
+    part = {"intervals": data["intervals"], "proof": data["proof"]}
     columns = {name: x.copy() for name, x in data["columns"].items()}
     monkeypatch.setattr(compute, "FIRST", 0)
     monkeypatch.setattr("rigidpend.routes.codes.codes_of", lambda *_: SimpleNamespace(**columns))
     given = asked("fig4_intervals")
-    computed(given, part=part)
+    computed(given, pieces=lambda _: [part])
     columns["codes"][1, 30] ^= 1
     with pytest.raises(ArithmeticError, match=r"contradict those of theta2_0 = \[3\.0"):
-        computed(given, part=part)
+        computed(given, pieces=lambda _: [part])
 
 
 def test_a_blank_beside_the_codes_is_outside_of_their_frame() -> None:

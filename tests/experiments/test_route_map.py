@@ -195,7 +195,7 @@ def test_tiles_are_kept_and_none_is_computed_twice(
     def pieces(several: Any) -> Iterator[Any]:
         for piece in several:
             if piece.name not in kept:
-                kept[piece.name] = piece.work(*piece.arguments)
+                kept[piece.name] = piece.compute()
             yield kept[piece.name]
 
     given = content(ONE_ZOOM)

@@ -2,7 +2,7 @@
 
 import copy
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from rigidpend import experiments
 from rigidpend.experiments import compare
 from rigidpend.experiments.compare import Difference
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data import Coming, Field, Layout, Loaded, Streamed, declared
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
@@ -48,12 +48,13 @@ def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
     Its parts, whose names are added to the list, are as they come back where a run was interrupted.
     """
 
-    def part(name: str, compute: Callable[[], Any]) -> Any:
-        if parts is not None:
-            parts.append(name)
-        return unpacked(packed(compute()))
+    def pieces(several: Sequence[Piece]) -> Iterator[Any]:
+        for piece in several:
+            if parts is not None:
+                parts.append(piece.name)
+            yield unpacked(packed(piece.compute()))
 
-    means = {"arithmetic": resolve(**given.numerics_asked), "part": part, **means}
+    means = {"arithmetic": resolve(**given.numerics_asked), "pieces": pieces, **means}
     found = experiments.computation(given.experiment).compute(given, Means(**means))
     return settled(experiments.layout(given.experiment), found)
 

@@ -21,7 +21,7 @@ from tests.strategies import FINE, bodies, examples, fine_angles, largest_differ
 
 @examples(8, bodies())
 def test_eq_phi_gives_the_moments_by_the_relations_after_it(body: Body) -> None:
-    A, r = ([x.in_context(FINE) for x in triple] for triple in (body.A, body.r))
+    A, r = ([x.at(FINE.prec) for x in triple] for triple in (body.A, body.r))
     p = fine_angles(body)
     half = [x / 2 for x in (p.alpha0, p.gamma0, p.beta0)]
     (sin_a, sin_g, sin_b), (cos_a, cos_g, cos_b) = (
@@ -178,7 +178,7 @@ MOMENTS: dict[str, Any] = {
 def test_agrees_the_angles_in_every_precision_with_200_digits(A: Any) -> None:
     body = Body(A, (1, 3, 0), "1e-3")
     with mpmath.workdps(200):
-        a1, a2, a3 = (exact(x).in_context(mpmath.mp) for x in A)
+        a1, a2, a3 = (exact(x).at(mpmath.mp.prec) for x in A)
         alpha0 = 2 * mpmath.atan(mpmath.sqrt(a1 * (a3 - a2) / (a2 * (a1 - a3))))
         gamma0 = 2 * mpmath.atan(mpmath.sqrt((a3 - a2) / (a1 - a3)))
         kappa = a1 * a2 / (a3 * (a1 - a2))

@@ -110,7 +110,7 @@ def test_eq_sol_22_rises_where_Qp_is_negative() -> None:
 
 @examples(6, bodies(), canonicals())
 def test_eq_eq1_0_is_euler_s_equation_of_the_free_body(body: Body, c: Any) -> None:
-    p, A = fine_angles(body), [x.in_context(FINE) for x in body.A]
+    p, A = fine_angles(body), [x.at(FINE.prec) for x in body.A]
     s = scale(A, FINE)
 
     def M(x: Any) -> list[Any]:

@@ -26,13 +26,13 @@ from rigidpend.mechanics.in_space import (
 )
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.states import states_at
+from tests.bodies import FIG5, GENERIC
 from tests.orbits.integrate.problems import ENGINES
 from tests.strategies import ROUNDING, aligned_from_body, examples, field_with_alpha, momenta
 
-FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 BODIES = [
     FIG5,
-    Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004"),
+    GENERIC,
     Body(A=(2, 1, "1.5"), r=(1, 0, 0), mu="0.01"),
 ]
 J2_0 = 0.8

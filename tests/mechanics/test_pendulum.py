@@ -40,7 +40,7 @@ GAPS = [1.0, 1e-2, 1e-5, 1e-8, 1e-11, 1e-14]
 def test_eq_5_3_solves_euler_poisson_at_energy_h0(
     sign: int, body: Body, surplus: float, t: float
 ) -> None:
-    p, mu, A = fine_angles(body), body.mu.in_context(FINE), [x.in_context(FINE) for x in body.A]
+    p, mu, A = fine_angles(body), body.mu.at(FINE.prec), [x.at(FINE.prec) for x in body.A]
     r, h0 = (FINE.cos(p.beta0 / 2), FINE.sin(p.beta0 / 2), FINE.mpf(0)), surplus * (mu + 1)
 
     def motion(x: Any) -> list[Any]:

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from rigidpend import route_codes
+from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.routes import choice, costs
+from rigidpend.routes import certainty, choice, costs
 from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
 from rigidpend.routes.problem import passage_limit, phase_rate
-from rigidpend.routes.run import in_pieces
 from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4, same
 
@@ -64,11 +64,13 @@ def test_orbits_without_actions_have_that_of_the_problem(monkeypatch: pytest.Mon
 
 
 def test_a_piece_has_as_many_passages_as_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(choice, "in_pieces", pieces := Mock(wraps=in_pieces))
-    for passages in (7 * (N + 1), N):
+    monkeypatch.setattr(certainty, "side_by_side", beside := Mock(wraps=side_by_side))
+    for passages, most in ((7 * (N + 1), 7), (N, 1)):
+        beside.reset_mock()
         monkeypatch.setattr(choice, "PIECE", passages)
         of_starts(monkeypatch, many=True)
-    assert {given.args[2] for given in pieces.call_args_list} == {7, 1}
+        # The first are those of the maps.
+        assert max(map(len, beside.call_args_list[0].args[3])) == most
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

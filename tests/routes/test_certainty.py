@@ -1,6 +1,7 @@
 """The rule by which two computations establish a symbol, on records made by hand."""
 
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -214,14 +215,9 @@ def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
         second_106=[5, 0, 1, 1 + 1e-5, 6],
         third_106=[5, 0, 1, 1, 7],
     )
-    shared: list[int] = []
-
-    def share(work: Any, columns: Any, bits: int) -> Any:
-        shared.append(bits)
-        return undivided(work, columns, bits)
-
-    found = decide(noted, 5, 1.0, (53, 106), share, lambda bits: 2 if bits == 53 else most)
-    assert shared == [53, 106]
+    division = Mock(side_effect=undivided)
+    found = decide(noted, 5, 1.0, (53, 106), division, lambda bits: 2 if bits == 53 else most)
+    assert [given.args for given in division.call_args_list] == [(5, 53), (4, 106)]
     assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3)), False]
     assert found.bits.tolist() == [53, *[106] * 4]
     every = list(range(5))

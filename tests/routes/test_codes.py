@@ -8,6 +8,7 @@ import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.machine import workers
+from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
@@ -18,7 +19,6 @@ from rigidpend.orbits.integrate.arithmetic import (
 )
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import FIRST_SCALES, LIMIT_OF_UNEQUAL, SECOND_SCALES, THIRD_SCALES
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.run import tolerance_of
 from tests.bodies import FIG4, FREE

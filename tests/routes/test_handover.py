@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.mechanics.free_body import symbols
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
-from rigidpend.orbits.records import columns as columns_of
 from rigidpend.orbits.return_map import ReturnMap
 from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS, FIRST
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty, choice, costs, handover
 from rigidpend.routes.certainty import Decided
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.handover import LATEST, TIME_ERROR_BITS, handed_over
 from rigidpend.routes.mapped import Maps
 from rigidpend.routes.phases import Phases

@@ -5,21 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend import Body
-from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes import herpolhode
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, initial_state, samples
-from rigidpend.routes.problem import RouteProblem
+from tests.bodies import FIG5, problem
 from tests.strategies import field_with_alpha
 
 TOLERANCE = 3e-14
-PROBLEM = RouteProblem(
-    Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01"), exact("10/9"), exact("2.39205e-9"), 5
-)
+PROBLEM = problem(FIG5, 5, "10/9", "2.39205e-9")
 
 
 def followed(theta2_0: float, times: Array) -> RouteOrbit:

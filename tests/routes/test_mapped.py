@@ -82,9 +82,9 @@ def test_starts_are_those_of_the_exact_phases_in_every_precision(
     monkeypatch.setattr("rigidpend.routes.mapped.kernel.follow", follow)
     maps.crossings(bits, scales, columns)
     Qps, psi, height, *_ = begun
-    p, unit = maps.problem.body.angles(200), exact(design.unit).in_context(m)
-    J1, J2 = maps.problem.J1_0.in_context(m), maps.problem.J2_0(200)
-    theta2 = [phases[k].in_context(m) for k in columns]
+    p, unit = maps.problem.body.angles(200), exact(design.unit).at(m.prec)
+    J1, J2 = maps.problem.J1_0.at(m.prec), maps.problem.J2_0(200)
+    theta2 = [phases[k].at(m.prec) for k in columns]
     turned = [m.pi / 2 - p.beta0 / 2 - x for x in theta2]
     lower = [m.sin(x) for x in theta2]
     upper = [m.sin(p.alpha0 + p.beta0 + x) for x in theta2]

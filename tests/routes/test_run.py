@@ -159,7 +159,8 @@ def test_columns_that_are_one_piece_take_two_computations_at_once(
         return [work(part, *given) for part in parts]
 
     means = run(bits, problem=GENTLE, n=n)
-    monkeypatch.setattr("rigidpend.routes.run.side_by_side", noted)
+    for room in ("run", "certainty"):
+        monkeypatch.setattr(f"rigidpend.routes.{room}.side_by_side", noted)
     monkeypatch.setattr(Run, "crossings", lambda *given: no_crossings(16, len(given[-1])))
     monkeypatch.setattr(certainty, "agreement", lambda a, *_: a.separatrix[1:] == 0)
     means.by_integration()

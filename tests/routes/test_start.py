@@ -118,11 +118,11 @@ BODIES = pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generi
 def test_exact_states_are_those_of_the_coordinates(body: Body, J1_0: str, bits: int) -> None:
     """h0 is the energy without the weight, which turns with theta2."""
     phases = [exact(x) for x in ("1/10", "31/10", "2*pi - 1/7", 5.5, "1e5")]
-    p, J1 = fine_angles(body), exact(J1_0).in_context(FINE)
+    p, J1 = fine_angles(body), exact(J1_0).at(FINE.prec)
     J2mJ1, alpha0, beta0 = FINE.sqrt(2 * FINE.mpf("1.3342") / p.kappa) - J1, p.alpha0, p.beta0
     found = states_exact(start(problem(body, J1_0=J1_0), bits, FIRST_SCALES), phases, bits)
     for state, phase in zip(found.T, phases, strict=True):
-        c = Canonical(J1, J2mJ1, 0, alpha0 + beta0, phase.in_context(FINE), 0, 1)
+        c = Canonical(J1, J2mJ1, 0, alpha0 + beta0, phase.at(FINE.prec), 0, 1)
         expected = aligned_from_canonical(c, alpha0, beta0, FINE)
         exactly = (FINE.mpf(x.numerator) / x.denominator for x in state)
         off = [x - y for x, y in zip(exactly, expected, strict=True)]

@@ -231,7 +231,7 @@ def test_errors_of_the_cluster_are_sentences(error: Callable[[], Exception], sai
 def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
     """What a worker gives that is asked by a machine with other things."""
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    own, job = cluster.facts_of("route_map", "taylor"), pickle.dumps((work, given))
+    own, job = cluster.facts_of("route_map", "taylor"), pickle.dumps(Piece("x", work, given))
     return cluster.on_worker("route_map", "taylor", {**own, **other}, job)
 
 

@@ -167,8 +167,11 @@ def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
     place = kept(target)
     place.unlink()
     place.mkdir()
-    with pytest.raises(StoreError, match="kept: a folder is in the place of a file: move it"):
-        Parts(target, "a").keep("first", not_again)
+    parts, said = Parts(target, "a"), "kept: a folder is in the place of a file: move it"
+    with pytest.raises(StoreError, match=said):
+        parts.keep("first", not_again)
+    with pytest.raises(StoreError, match=said):
+        next(parts.in_order([Piece("first", not_again, ())]))
 
 
 def test_a_part_leaves_memory_when_it_is_let_go(tmp_path: Path) -> None:

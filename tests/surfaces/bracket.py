@@ -7,18 +7,15 @@ from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import SeparatrixMotion, separatrix, unperturbed
 
 
-def bracket(state: Any, p: Angles, m: Any) -> Any:
-    """{H0, H1/(kappa J2)} in (theta1, J1), at any theta1, J1, theta2, J2; whatever mu `p` has.
+def bracket_on(motion: SeparatrixMotion, t: float, p: Angles, m: Any, phase: float = 0.0) -> Any:
+    """{H0, H1/(kappa J2)} in (theta1, J1) on a separatrix, whatever mu `p` has.
 
-    H = H0 + mu H1 is linear in mu: H1 has the derivatives at mu = 1 less those at mu = 0.
+    It is taken at theta2* + phase, theta2* holding the motion's theta2_0. H = H0 + mu H1 is linear
+    in mu: H1 has the derivatives at mu = 1 less those at mu = 0.
     """
+    c = separatrix(t, motion, p, m)
+    state = c.theta1, c.J1, c.theta2 + phase, c.J2
     free, heavy = unperturbed(state, p, m), eq1(state, p._replace(mu=1), m)
     H0_J1, H0_theta1 = free[0], -free[1]
     H1_J1, H1_theta1 = heavy[0] - free[0], free[1] - heavy[1]
-    return (H0_theta1 * H1_J1 - H0_J1 * H1_theta1) / (p.kappa * state[3])
-
-
-def bracket_on(motion: SeparatrixMotion, t: float, p: Angles, m: Any, phase: float = 0.0) -> Any:
-    """The bracket on a separatrix, at theta2* + phase, theta2* holding the motion's theta2_0."""
-    c = separatrix(t, motion, p, m)
-    return bracket((c.theta1, c.J1, c.theta2 + phase, c.J2), p, m)
+    return (H0_theta1 * H1_J1 - H0_J1 * H1_theta1) / (p.kappa * c.J2)

@@ -9,7 +9,7 @@ import pytest
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, eq1
 from rigidpend.mechanics.pendulum import Delta_1
-from rigidpend.numbers.exact import exact, exacts
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
@@ -32,7 +32,7 @@ THETA2_0 = 2 * math.pi * (np.arange(12) + 0.5) / 12
 def made(name: str = "d", **changes: Any) -> RouteProblem:
     given = {"beta0": None, "mu": "0.01", "M_0": 2, "J1_0": "1e-8", **changes}
     numbers = (None if x is None else exact(x) for x in given.values())
-    return surface_problem(exacts(MOMENTS[name]), *numbers)  # type: ignore[arg-type]
+    return surface_problem(list(map(exact, MOMENTS[name])), *numbers)  # type: ignore[arg-type]
 
 
 def delta(problem: RouteProblem) -> float:
@@ -134,8 +134,8 @@ def test_the_start_has_the_given_momentum_and_the_body_is_grioli_s() -> None:
 
 def test_where_the_pendulum_motion_is_elliptic_there_is_no_surface() -> None:
     """The body of Fig. 5 at mu = 0.57 h0: orbits of less energy stay beside it."""
-    A, others = exacts((2, "1.5", "1.8")), exacts(("pi", "0.28", "4/3", "1e-8"))
-    problem = surface_problem(A, *others)
+    *A, beta0, mu, M_0, J1_0 = map(exact, (2, "1.5", "1.8", "pi", "0.28", "4/3", "1e-8"))
+    problem = surface_problem(A, beta0, mu, M_0, J1_0)
     assert S1_minus(problem, np.array([0.3]), 1.0, "taylor").offsets.size == 2
     with pytest.raises(ArithmeticError, match=r"no S1- of the energy 0\.4098.* between -2 and 2"):
         S1_minus(problem, np.array([0.3, -0.3]), 1.0, "taylor")

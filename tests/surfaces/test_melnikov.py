@@ -10,9 +10,7 @@ from scipy.integrate import quad
 from rigidpend import Body, route_codes
 from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, direction, separatrix
-from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.melnikov import delta_theta1, linearised
 from tests.bodies import FIG4, GENERIC, problem
@@ -144,7 +142,7 @@ def test_the_first_symbol_changes_within_what_is_missed_of_the_integral() -> Non
     """Of some starts without weight to speak of, and nearly as far from the zeros as that."""
     light, shifts = Body(FIG4.A, FIG4.r, "1e-6"), []
     for J1_0 in ("1e-4", "1e-3", "1e-2"):
-        start = RouteProblem(light, exact("1.3342"), exact(J1_0), 1)
+        start = problem(light, 1, J1_0=J1_0)
         missed, (zero, _) = melnikov.missed(start), melnikov.zeros(start)
         phases = zero + missed * np.linspace(-1.5, 1.5, 301)
         [codes] = route_codes(light, phases, h0="1.3342", J1_0=J1_0, n_symbols=1).codes

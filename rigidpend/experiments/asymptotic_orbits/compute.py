@@ -14,10 +14,10 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.machine.wording import counted
 from rigidpend.mechanics import in_space
+from rigidpend.orbits import columns
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.records import columns
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.looks import Rough, first_look, whole_reach
 from rigidpend.orbits.return_map.precision import precision

@@ -24,7 +24,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.machine import wording
 from rigidpend.machine.workers import WorkerError, apart
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import EngineError
 
 PATIENCE, GRACE = 4, 240

@@ -24,12 +24,11 @@ from rigidpend.experiments.bench.methods import METHODS, SMALLER, Entrant
 from rigidpend.experiments.bench.problems import Crossed, Task, flat, time_unit
 from rigidpend.experiments.principal_axes import beside, euler_poisson_field, heyoka
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.free_body import separatrix_theta1
-from rigidpend.numbers.generic import Array
+from rigidpend.mechanics.free_body import separatrix_theta1, symbols
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.codes import codes_of
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
 

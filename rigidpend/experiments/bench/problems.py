@@ -16,8 +16,8 @@ from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import euler_poisson_field, initial, judged
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import scale
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import PI, exact
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.routes.codes import codes_of

@@ -12,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, beside, title
 from rigidpend.machine.wording import Column, Table
+from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Array
 
 LEAST, APART = 4, 4
 """Least width for the marks of one length, and the space between two lengths, in marks."""

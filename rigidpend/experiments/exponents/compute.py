@@ -13,9 +13,9 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.exponents.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Array
 from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of

@@ -20,7 +20,7 @@ from matplotlib.patches import Rectangle
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, title
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 
 HEIGHT = 5.9
 """Height of the figure, inches."""

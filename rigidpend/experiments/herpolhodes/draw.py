@@ -16,7 +16,7 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.herpolhodes import ALPHA
 from rigidpend.experiments.plots import SEPARATRIX as COLOUR
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
 
 ROW = 2.75
 """Height of a case, inches."""

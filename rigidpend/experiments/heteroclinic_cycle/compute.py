@@ -11,10 +11,9 @@ from rigidpend.experiments.data import Tree
 from rigidpend.experiments.heteroclinic_cycle import GROUPS, START
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
-from rigidpend.mechanics.free_body import SEPARATRICES, direction, separatrix_theta1
+from rigidpend.mechanics.free_body import SEPARATRICES, TURNS, direction, separatrix_theta1
+from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Array
-from rigidpend.routes.cycle import TURNS
 
 
 def compute(config: Config, means: Means) -> Tree:

@@ -13,7 +13,7 @@ from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.equations import hamiltonian_J3_0
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 
 AXIS = 1.4
 """Length of the axes as drawn, in units of |M|."""

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
 
 SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""

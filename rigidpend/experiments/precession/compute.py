@@ -17,8 +17,8 @@ from rigidpend.experiments.precession import SLOPE, UNCERTAINTY
 from rigidpend.experiments.precession.schema import Config
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.generic import Array
 from rigidpend.surfaces import heteroclinic
 
 ORBITS, DEEPER = 0.026, 0.002

@@ -13,7 +13,7 @@ from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MU_OVER_H0
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 
 MARKERS = "osD^"
 """Markers of the separatrices 1, 2, 3, 4."""

@@ -14,8 +14,8 @@ from rigidpend.experiments.route_codes.schema import Config, Problem
 from rigidpend.machine import progress
 from rigidpend.machine.wording import counted
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.orbits import joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.records import joined
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.problem import passage_rotations

@@ -18,7 +18,7 @@ from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Table
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 
 ROW, CELL, AROUND = 0.22, 0.1, 1.3
 """Heights of a row of intervals and of a row of columns, and room around both, inches."""

@@ -18,8 +18,8 @@ from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
+from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts

@@ -17,7 +17,7 @@ from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 
 NAMES = {
     "theta2_0": plots.axis_label(MEANING["theta2_0"]),

@@ -13,7 +13,7 @@ from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import attributes, mu_over_h0, slope, stacked
 from rigidpend.experiments.splitting import admitted
 from rigidpend.experiments.splitting.schema import Config, Problem
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.melnikov import decay

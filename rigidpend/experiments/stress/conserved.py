@@ -27,11 +27,11 @@ from rigidpend.experiments.stress.scenes import (
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
-from rigidpend.numbers.generic import Array
+from rigidpend.mechanics.free_body import MIRRORED
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.cycle import MIRRORED
 
 FEW = 4
 """Number of orbits on which the symmetries are tested."""

@@ -17,8 +17,8 @@ from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.roundings import DEVIATIONS, compared
 from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import exact, exacts
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
@@ -162,7 +162,8 @@ def start_trial(body: Body, place: Place, jobs: int, columns: int, n_crossings: 
     """Trial of a start: errors of doubles, against the same start in 113 bits, are as predicted."""
 
     def measure() -> Findings:
-        scene, phases = Scene(body, place.J1 + place.J2mJ1, jobs), exacts(PHASES[:columns])
+        scene = Scene(body, place.J1 + place.J2mJ1, jobs)
+        phases = [exact(x) for x in PHASES[:columns]]
         states = np.stack([place.state(body, float(x)) for x in phases], axis=1)
         # From a distance of 1e-300 an orbit takes some 700/u to leave: ln(1e300) = 691.
         errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)

@@ -24,12 +24,12 @@ from rigidpend.experiments import principal_axes
 from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.scenes import TRUTH_BITS, Claim, Findings, Trial, random_phases
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import ReturnMap
 from rigidpend.orbits.return_map.build import FIRST, Design
 from rigidpend.routes import choice, mapped
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run

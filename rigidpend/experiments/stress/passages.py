@@ -21,7 +21,7 @@ from rigidpend.experiments.stress.scenes import (
     random_phases,
 )
 from rigidpend.experiments.stress.schema import Passages, Precision
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, whisker_growth

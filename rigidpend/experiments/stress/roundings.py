@@ -14,7 +14,7 @@ import numpy as np
 
 from rigidpend.experiments.stress.scenes import TRUTH_BITS, Scene, followed, phase_errors
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
-from rigidpend.numbers.generic import Array, Scalar
+from rigidpend.numbers import Array, Scalar
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
 

@@ -27,9 +27,9 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
+from rigidpend.orbits import joined
 from rigidpend.orbits.integrate.arithmetic import in_kernel
-from rigidpend.orbits.records import joined
 
 
 class Outcome(IntEnum):

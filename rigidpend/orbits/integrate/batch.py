@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,

@@ -39,8 +39,6 @@ LENGTH_BITS = 40
 SHORT = 16
 """Orders that are summed term by term: products of fewer take longer below some 300 bits."""
 
-State = tuple[Fraction, ...]
-
 
 class IntegerStep(NamedTuple):
     """A step of an orbit, with M in units of `unit` and time in units of its inverse.
@@ -72,7 +70,7 @@ class IntegerStep(NamedTuple):
         """The inverse of :meth:`time`."""
         return fixed(time * self.unit, self.P) - self.begin
 
-    def at(self, since: int) -> State:
+    def at(self, since: int) -> tuple[Fraction, ...]:
         """The six aligned components, Fractions, at a time from the beginning."""
         there = [Fraction(value_at(one, since, self.P), 1 << self.P) for one in self.series]
         return (*(x * self.unit for x in there[:3]), *there[3:])

@@ -13,7 +13,7 @@ import numpy as np
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.passages import crosses
 

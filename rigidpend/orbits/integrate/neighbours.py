@@ -8,23 +8,19 @@ engine follows the orbit from there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import (
-    Crossings,
-    Orbits,
-    Outcome,
-    in_turn,
-    no_crossings,
-    silent_outcome,
-)
+from rigidpend.orbits.integrate import Crossings, Orbits, in_turn, no_crossings, silent_outcome
+from rigidpend.orbits.integrate.batch import written
 from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, summed
 
@@ -37,31 +33,27 @@ MARGIN_BITS = 16
 """Bits below the last bit of a difference at which its square may be left out."""
 
 
+@dataclass(eq=False)
 class Walk:
-    """Orbits that are followed beside a reference orbit.
+    """Orbits that are followed beside a reference orbit."""
 
-    `differences`, (6, n), are their states at time 0 less that of the reference; `shifts`, (n,),
-    are the same to first order, as multiples of the reference's tangent. `passage_limit` is the
-    longest wait for the next crossing, t', of an orbit that is followed alone. `tolerance` is the
-    local tolerance of the series.
-    """
+    reference: ReferenceOrbit
+    differences: Array
+    """(6, n), the states at time 0 less that of the reference."""
+    shifts: Array
+    """(n,), the same to first order, as multiples of the reference's tangent."""
+    n_crossings: int
+    passage_limit: float
+    """Longest wait for the next crossing, t', of an orbit that is followed alone."""
+    tolerance: float
+    """Local tolerance of the series."""
 
-    def __init__(
-        self,
-        reference: ReferenceOrbit,
-        differences: Array,
-        shifts: Array,
-        *,
-        n_crossings: int,
-        passage_limit: float,
-        tolerance: float,
-    ) -> None:
-        self.reference, self.differences, self.shifts = reference, differences, shifts
-        self.n_crossings, self.passage_limit = n_crossings, passage_limit
-        self.tolerance = tolerance
-        n = len(shifts)
-        self.found, self.columns = no_crossings(n_crossings, n), np.arange(n)
-        self.count = np.zeros(n, dtype=np.intp)
+    def __post_init__(self) -> None:
+        n = len(self.shifts)
+        self.columns, self.count = np.arange(n), np.zeros(n, dtype=np.intp)
+        """Orbits that are still beside; and of all orbits the number of crossings."""
+        self.found, self.rows = no_crossings(self.n_crossings, n), list[tuple[int, float, int]]()
+        """The record, into which :func:`written` writes the rows: orbit, time, separatrix."""
         self.departed = np.full(n, np.nan)
         """t' at which each orbit has left the reference; NaN while it has not."""
         self.states = np.empty((6, n))
@@ -73,6 +65,7 @@ class Walk:
         FAILED from where its crossings do not rise and fall in turn.
         """
         self.run()
+        written(np.reshape(self.rows, (-1, 3)).T, self.found, math.inf)
         # Orbits with equally many crossings behind them ask for equally many more: one task each.
         alone = np.isfinite(self.departed)
         for count in np.unique(self.count[alone]):
@@ -94,21 +87,15 @@ class Walk:
             self._part(k)
 
     def note(self, time: float, separatrix: int, columns: Any = slice(None)) -> None:
-        """Write a crossing of some of the orbits still beside; an undecided touch ends them.
+        """Note a crossing of some of the orbits still beside; an undecided touch ends them.
 
         `time` is t' since the start, `columns` selects among the orbits that are still beside.
         """
         each = np.atleast_1d(self.columns[columns])
         each = each[self.count[each] < self.n_crossings]
-        if separatrix == UNDECIDED:
-            # `_part` then takes them for done; their outcome stays FAILED.
-            self.count[each] = self.n_crossings
-            return
-        self.found.time[self.count[each], each] = time
-        self.found.separatrix[self.count[each], each] = separatrix
-        self.count[each] += 1
-        whole = self.count[each] == self.n_crossings
-        self.found.outcome[each[whole]] = Outcome.COMPLETE
+        self.rows += [(k, time, separatrix) for k in each.tolist()]
+        # `_part` takes orbits with all their crossings for done.
+        self.count[each] = self.n_crossings if separatrix == UNDECIDED else self.count[each] + 1
 
     def skip(self) -> int:
         """Pass over the steps on which the differences are multiples of the tangent.

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers import Numbers, Scalar
 
 UNDECIDED = 5
 """Mark in the place of a separatrix: a touch is not decided, the orbit not known any further."""

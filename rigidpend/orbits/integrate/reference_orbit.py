@@ -20,6 +20,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations_with_replacement, islice
 from typing import Any, NamedTuple, TypeAlias
@@ -27,13 +28,13 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_along
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS
-from rigidpend.numbers.generic import Array
+from rigidpend.orbits import joined
 from rigidpend.orbits.integrate import Crossings, Orbits, in_turn, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS, in_kernel, rung
 from rigidpend.orbits.integrate.batch import advance, written
 from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series, touch
-from rigidpend.orbits.records import joined
 
 BLOCK = 8
 """Number of steps that are taken at a time, all in one precision."""
@@ -94,38 +95,38 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
     return joined(found)
 
 
+@dataclass(eq=False)
 class ReferenceOrbit:
     """An orbit in high precision, continued as far as it is asked for.
 
-    State and coefficients are Fractions. So is the tangent, the derivative of the state at time 0
-    along the family of neighbours; it is carried on in doubles. `bits` is the precision that is
-    needed at time 0. Each block of steps is computed in the next `rung`, pairs of doubles at least;
-    integers serve where the engine's numbers end. After a wait of `longest` for the next crossing,
-    t', the orbit is not continued. `tolerance` is that of a compiled Taylor series in 53 bits;
-    every further bit halves it.
+    Each block of steps is computed in the next `rung`, pairs of doubles at least; integers serve
+    where the engine's numbers end.
     """
 
-    def __init__(
-        self,
-        coefficients: AlignedCoefficients,
-        state: Sequence[Fraction],
-        tangent: Sequence[Fraction],
-        *,
-        longest: float,
-        engine: str,
-        bits: int,
-        tolerance: float,
-    ) -> None:
-        self.coefficients, self.longest = coefficients, longest
-        self.engine, self.bits, self.tolerance = engine, bits, tolerance
-        self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0, np.array(state, dtype=float))]
+    coefficients: AlignedCoefficients
+    """Fractions, as the state."""
+    state: Sequence[Fraction]
+    """The six aligned components at time 0."""
+    tangent: Sequence[Fraction]
+    """The state's derivative along the family of neighbours; it is carried on in doubles."""
+    longest: float
+    """Longest wait for the next crossing, t', after which the orbit is not continued."""
+    engine: str
+    bits: int
+    """The precision that is needed at time 0."""
+    tolerance: float
+    """That of a compiled Taylor series in 53 bits; every further bit halves it."""
+
+    def __post_init__(self) -> None:
+        begin = np.array(self.state, dtype=float)
+        self.points = [Point(Fraction(0), tuple(self.state), 0.0, 0.0, begin)]
         """The ends of the known steps, behind the start."""
         self.crossings: list[list[Passed]] = []
         """The crossings on each of the steps."""
-        self._field = bilinear(coefficients)
-        self._units = _units(state)
+        self._field = bilinear(self.coefficients)
+        self._units = _units(self.state)
         self._last = 0.0
-        self.tangents = [np.array(tangent, dtype=float)]
+        self.tangents = [np.array(self.tangent, dtype=float)]
         self.growth = [float(self.size(self.tangents[0][:, None])[0])]
         """The size of the tangent at each point."""
 

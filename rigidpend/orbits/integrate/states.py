@@ -16,8 +16,8 @@ import numpy as np
 
 from rigidpend.machine.workers import check_stop, side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.numbers import Array, Numbers
 from rigidpend.numbers.exact import fraction
-from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate import Orbits, Outcome, crossings, in_unit
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,

@@ -13,10 +13,9 @@ import numpy as np
 
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers import checked
+from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.return_map.charts import Chart, Charts, forward_table, inverse_table

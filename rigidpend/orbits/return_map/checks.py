@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
 from rigidpend.orbits.return_map.charts import Chart, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm

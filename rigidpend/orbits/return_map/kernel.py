@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.machine.workers import check_stop, side_by_side
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value

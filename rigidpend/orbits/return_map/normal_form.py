@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
 from rigidpend.orbits.return_map.expansions import (
     Interval,
     chebyshev_analysis,

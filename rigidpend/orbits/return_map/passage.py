@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
 from rigidpend.orbits.return_map.charts import Charts, Invariants, invariants
 from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm

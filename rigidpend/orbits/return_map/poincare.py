@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers import Numbers, Scalar
 from rigidpend.orbits.return_map.normal_form import MapError
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, rounded

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts

@@ -30,8 +30,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import context, fraction
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
 from rigidpend.orbits.return_map.charts import Charts

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import GUARD_BITS, context
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.precision import Precision
 
 

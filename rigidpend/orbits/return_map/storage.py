@@ -22,11 +22,10 @@ from rigidpend.machine import cache
 from rigidpend.machine.code_hash import package_digest
 from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.mechanics.body import Body, check_units
-from rigidpend.numbers import checked
+from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST_BITS, Exact
 from rigidpend.numbers.expressions import named
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.build import (
     WITH_THETA3,

@@ -24,7 +24,7 @@ from flint import arb
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified.models import Path
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step

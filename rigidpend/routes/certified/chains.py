@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import prove_link, relation

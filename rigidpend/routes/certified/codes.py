@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import check_stop, side_by_side
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers import checked
+from rigidpend.mechanics.free_body import symbols
+from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL, words
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import alone
@@ -30,7 +30,6 @@ from rigidpend.routes.certified.checker import Outgrown, Undecided
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step
 from rigidpend.routes.codes import codes_of, shown
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
 

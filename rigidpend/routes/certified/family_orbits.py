@@ -17,8 +17,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint

@@ -21,8 +21,8 @@ from flint import arb
 from numpy.polynomial import polynomial
 
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients

@@ -16,8 +16,8 @@ from flint import arb
 from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, exact
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
@@ -164,7 +164,7 @@ def _expected(problem: RouteProblem) -> tuple[float, int]:
     growth = Numbers.of(problem.body, problem.h0).growth
     # From the start to the first crossing, and in each passage.
     passage = passage_rotations(problem) * math.pi**2 / problem.body.nu
-    first = float(m.log(J2 / problem.J1_0.in_context(m))) / 2
+    first = float(m.log(J2 / problem.J1_0.at(53))) / 2
     parted = first + problem.n_symbols * passage
     return parted, _bits(growth, J2, parted / (float(growth.saddle) * J2))
 

@@ -16,8 +16,8 @@ from flint import arb
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import hamiltonian_J3_0, height
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
-from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import Precision, precision

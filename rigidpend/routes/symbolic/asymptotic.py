@@ -34,8 +34,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.machine.wording import counted
-from rigidpend.numbers.generic import Array
-from rigidpend.orbits.records import columns, joined
+from rigidpend.numbers import Array
+from rigidpend.orbits import columns, joined
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import (

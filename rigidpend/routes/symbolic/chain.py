@@ -14,12 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_banded
 
-from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.mechanics.free_body import symbols
+from rigidpend.numbers import Array, Numbers, Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE
@@ -27,7 +28,6 @@ from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
-from rigidpend.routes.cycle import symbols
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.levels import (
     Arrival,
@@ -72,9 +72,6 @@ LONGEST_WAIT = 4.0
 
 class NoOrbit(ArithmeticError):
     """Error: no orbit has the address in the range of the map; the message gives the reason."""
-
-
-Begin: TypeAlias = Callable[[Any], Arrival]
 
 
 def on_surface(b: Any, I: float = 0.0) -> Arrival:
@@ -165,7 +162,7 @@ class System(NamedTuple):
     """
 
     level: ChainLevel
-    begin: Begin | None
+    begin: Callable[[Any], Arrival] | None
     """The passage before the first; None for a closed orbit, where it is the last one."""
     signs: Signs
     """(n,) or (n, N), the signs of I."""

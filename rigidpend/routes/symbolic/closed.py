@@ -33,8 +33,8 @@ import numpy as np
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
-from rigidpend.numbers.generic import Array, Scalar
+from rigidpend.numbers import Array, Scalar
+from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
@@ -269,7 +269,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))
-    h, turn = a.number(level.energy.in_context(context(a.bits))), 2 * a.pi
+    h, turn = a.number(level.energy.at(a.bits)), 2 * a.pi
     rounded, closely = (np.frompyfunc(lambda x, n=n: fraction(x, n), 1, 1) for n in (bits, a.bits))
 
     def gaps(places: Any, ends: Any, times: Any) -> tuple[Any, Any]:

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.wording import short
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers import checked
+from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.problem import ProblemError, RouteProblem

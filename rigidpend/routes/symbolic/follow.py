@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers import checked
+from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint

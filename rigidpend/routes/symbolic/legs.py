@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
+from rigidpend.numbers import Array, Numbers
 from rigidpend.numbers.exact import context, exact, fraction
-from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import LADDER, PAIRS, rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
@@ -29,8 +29,6 @@ GUARD = 19
 """Bits beyond those of the digits: 12 were seen to be lost in 113 bits."""
 MIDDLE = 3e-7
 """Distance from the middle of a cell within which a crossing counts as in it, half rotations."""
-WHOLE = 32
-"""Legs in integers have a multiple of so many bits, so that several share a precision."""
 BELOW = 24 + 12
 """Bits by which roundings on a leg stay below the error that its end may have.
 
@@ -159,10 +157,8 @@ class Legs:
 
         `begun` are where they begin, (6, N), and `bits` the precision of each.
         """
-        # All legs in one kind of numbers are integrated at once.
-        kinds = np.array(
-            [rung(max(x, PAIRS)) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
-        )
+        # All legs in one kind of numbers are integrated at once; rungs of integers are few, too.
+        kinds = np.array([rung(max(x, PAIRS)) for x in bits])
         reached, times = np.empty_like(begun), self.times[legs]
         for kind in np.unique(kinds).tolist():
             here = kinds == kind

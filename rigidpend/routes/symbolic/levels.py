@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import hamiltonian_J3_0
+from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.return_map import (
     EnergyLevel,
     MapError,
@@ -89,11 +89,6 @@ def each_alone(level: EnergyLevel, d: Array, chi: Array) -> Passage:
     return Passage._make([None, *others, np.ascontiguousarray(np.moveaxis(slopes, -1, 0))])
 
 
-def widest_d(level: EnergyLevel) -> float:
-    """Largest |d| of the tables of a map: the unit of d in Newton's method and of its roundings."""
-    return max(float(chart.forward.width) for chart in level.charts)
-
-
 def displacement(widest: float, split: float, bits: int) -> float:
     """Largest displacement of an orbit on a surface by roundings in `bits` bits, radians.
 
@@ -106,7 +101,8 @@ def displacement(widest: float, split: float, bits: int) -> float:
 class ChainLevel:
     """The return map of a body at one energy, in the form in which chains use it.
 
-    `widest_I` and `widest_d` are the largest |I| and |d| of the tables. `splitting` is the largest
+    `widest_I` and `widest_d` are the largest |I| and |d| of the tables; the latter is the unit of d
+    in Newton's method and of its roundings. `splitting` is the largest
     |I| behind crossings on the unstable surface of the lower orbit, which are upward, and
     `downward_splitting` that of the upper orbit: it is smaller, and in the Hess case a rounding.
     `shift` is the growth of chi beyond -ln|I|/Lambda in a passage between multiples of pi, radians.
@@ -118,7 +114,7 @@ class ChainLevel:
         self.c = coefficients(made.body.angles(53 + GUARD_BITS), "1", precision(53))
         level = self.map_level = made.at(self.h)
         self.widest_I = min(float(chart.inverse.width) for chart in level.charts)
-        self.widest_d = widest_d(level)
+        self.widest_d = max(float(chart.forward.width) for chart in level.charts)
         self.exponent = float(level.exponent[0, 0])
         self.splitting = self._split(True)
         # At least a rounding of d, so that nothing is divided by 0 in the Hess case.

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.machine.workers import note
+from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, fraction
-from rigidpend.numbers.generic import Array
 from rigidpend.routes.symbolic.chain import (
     Chain,
     NoOrbit,

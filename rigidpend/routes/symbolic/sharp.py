@@ -26,8 +26,8 @@ import numpy as np
 
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
-from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.numbers.generic import Array, Numbers
+from rigidpend.numbers import Array, Numbers
+from rigidpend.numbers.exact import GUARD_BITS, Exact, fraction
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE, PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import at_crossings, states_at
@@ -93,8 +93,8 @@ class Launch:
     def __init__(self, level: ChainLevel, J1_0: Exact) -> None:
         self.level, self.bits = level, integration_bits(level.displaced(PAIRS))
         bits = self.bits + 2 * GUARD_BITS
-        self.a, self.p, m = precision(bits), level.body.angles(bits), context(bits)
-        self.h, self.J1_0 = level.energy.in_context(m), J1_0.in_context(m)
+        self.a, self.p = precision(bits), level.body.angles(bits)
+        self.h, self.J1_0 = level.energy.at(bits), J1_0.at(bits)
         depth, highest = map(self.a.number, (DEPTH, HIGHEST))
         self.J1 = min(self.J1_0 * depth, level.splitting * highest)
         self.c = coefficients(self.p, "1", self.a)

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, check_split, on_surface
 from rigidpend.routes.symbolic.levels import ChainLevel, Signs
 

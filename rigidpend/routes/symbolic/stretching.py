@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.passage import EnergyLevel
@@ -28,7 +28,7 @@ from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.symbolic.chain import ANGLES, Chain, carried, tangents
-from rigidpend.routes.symbolic.levels import ChainLevel, Mask, OrbitFamily, onward, widest_d
+from rigidpend.routes.symbolic.levels import ChainLevel, Mask, OrbitFamily, onward
 
 ROUNDINGS = 3
 """Number of roundings in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
@@ -136,11 +136,8 @@ class Stretched(NamedTuple):
     """(n, N) ln of the growth of the deviation that grows most, through 1 to n passages."""
     allowed: Array
     """(N,) bound of the rounding error of the growth through all passages."""
-
-    @property
-    def allowed_integrated(self) -> Array:
-        """The bound of the rounding error of :func:`integrated`, (N,)."""
-        return INTEGRATED / widest_d(self.level) * self.allowed
+    allowed_integrated: Array
+    """(N,) the same of :func:`integrated`."""
 
 
 def stretched(orbits: OrbitFamily, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
@@ -160,9 +157,10 @@ def stretched(orbits: OrbitFamily, theta2_0: Array, J1_0: Array, n: int) -> Stre
         np.array([begin.time, *(each.time for each in passed)]) / level.rates(0 * time).rotation
     )
     # At all these energies, which differ by the weight alone, surfaces are split by about as much.
-    split = ChainLevel(orbits.return_map, orbits.problem.h0).splitting
-    allowed = rounding(slopes, turned, widest_d(level), split, grown[-1])
-    return Stretched(level, c, first, inside, time, codes, grown, allowed)
+    at_h0 = ChainLevel(orbits.return_map, orbits.problem.h0)
+    allowed = rounding(slopes, turned, at_h0.widest_d, at_h0.splitting, grown[-1])
+    by_integration = INTEGRATED / at_h0.widest_d * allowed
+    return Stretched(level, c, first, inside, time, codes, grown, allowed, by_integration)
 
 
 def rounding(slopes: list[Array], turned: Array, width: float, split: float, grown: Array) -> Array:

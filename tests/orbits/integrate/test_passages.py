@@ -93,23 +93,17 @@ def test_crossings_that_do_not_rise_and_sink_in_turn_end_an_orbit(
     assert found.outcome[0] == (Outcome.COMPLETE if whole else Outcome.FAILED)
 
 
-def test_an_orbit_is_complete_with_its_last_crossing_and_not_with_a_touch() -> None:
-    """Three orbits are noted: whole, on their way, and ended by a touch that is not decided."""
-    walk = neighbours.Walk(
-        None,  # type: ignore[arg-type]
-        np.zeros((6, 3)),
-        np.zeros(3),
-        n_crossings=2,
-        passage_limit=10.0,
-        tolerance=1e-15,
-    )
+def test_an_orbit_is_done_with_its_last_crossing_and_with_a_touch_that_is_not_decided() -> None:
+    """Three orbits are noted beside another: whole, on their way, and ended by a touch."""
+    nothing: Any = None
+    walk = neighbours.Walk(nothing, np.zeros((6, 3)), np.zeros(3), 3, 10.0, 1e-15)
     walk.note(1.0, 2)
     walk.note(2.0, 1, 0)
+    walk.note(3.0, 4, 0)
     walk.note(2.0, UNDECIDED, 2)
-    assert walk.found.outcome.tolist() == [Outcome.COMPLETE, Outcome.FAILED, Outcome.FAILED]
-    assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 0], [2, 0]]
-    walk.note(3.0, 3)
-    assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 3], [2, 0]]
+    assert walk.count.tolist() == [3, 1, 3]
+    walk.note(4.0, 3)
+    assert walk.rows[3:] == [(0, 2.0, 1), (0, 3.0, 4), (2, 2.0, UNDECIDED), (1, 4.0, 3)]
 
 
 @pytest.mark.parametrize(("gap", "expected"), [(1e-3, []), (1e-7, [UNDECIDED])])

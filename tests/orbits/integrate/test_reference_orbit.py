@@ -10,19 +10,16 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from rigidpend import Body
 from rigidpend.machine import workers
 from rigidpend.machine.signals import Stopped
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import neighbours
 from rigidpend.orbits.integrate.reference_orbit import BLOCK, ReferenceOrbit, reference_bits
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
+from tests.bodies import problem
 
-PROBLEM = RouteProblem(
-    Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001"), exact("1.3342"), exact("1e-8"), 2
-)
+PROBLEM = problem(n_symbols=2)
 QUARTER = exact("pi/2")
 PHASE, BITS = "4.705696853133541796856", reference_bits(1e-12, 53)
 

@@ -16,7 +16,7 @@ from flint import arb
 from rigidpend import Body
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.experiments.full_shift import outlines, proof
+from rigidpend.experiments.full_shift import proof
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import (
@@ -217,10 +217,12 @@ def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
         return abs(off / float(quad.a)), abs(V)
 
     np.testing.assert_allclose(drawn["d"][:, -1], drawn["d"][:, 0], rtol=1e-9)
-    edges = np.arange(4 * outlines.SIDE) // outlines.SIDE % 2 == 1
+    edges = np.arange(4 * full_shift.SIDE) // full_shift.SIDE % 2 == 1
     images = zip(drawn["image_chi"], drawn["image_d"], strict=True)
     across = [(x.rising, edges, *image) for x, image in zip(found.quads, images, strict=True)]
-    across.append((False, slice(None, None, outlines.SIDE - 1), drawn["line_chi"], drawn["line_d"]))
+    across.append(
+        (False, slice(None, None, full_shift.SIDE - 1), drawn["line_chi"], drawn["line_d"])
+    )
     for quad, chi, d in zip(found.quads, drawn["chi"], drawn["d"], strict=True):
         np.testing.assert_allclose(np.maximum(*sizes(quad, chi, d)), 1, atol=1e-6)
         for rising, ends, *image in across:

@@ -12,9 +12,9 @@ import pytest
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits import columns
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.records import columns
 from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.symbolic import asymptotic
 from rigidpend.routes.symbolic import sharp as sharp_module

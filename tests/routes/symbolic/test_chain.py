@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import (
     MOVED,
     NoOrbit,
@@ -33,7 +31,8 @@ from rigidpend.routes.symbolic.shortest import (
     shortest,
     with_half_turns,
 )
-from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
+from tests.bodies import problem
+from tests.routes.symbolic.fig4 import BODY, chain_of, level
 
 SYMBOLS = np.array([0, 1, 1, 0, 0])
 TURNS = (11, 10, 12, 11, 14)
@@ -148,7 +147,7 @@ def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyP
 
 
 def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
-    arrival = orbits_of(RouteProblem(BODY, H, J1_0, 1)).begin(level())
+    arrival = orbits_of(problem(n_symbols=1)).begin(level())
     early, here, late = (arrival(1.2 + x) for x in (-1e-3, 0.0, 1e-3))
     assert here.I_slope == pytest.approx((late.I - early.I) / 2e-3, rel=1e-5, abs=0)
     assert here.b_slope == pytest.approx((late.b - early.b) / 2e-3, rel=1e-5)
@@ -169,9 +168,9 @@ def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
     cell: int, code: list[int], half_turns: tuple[int, ...]
 ) -> None:
     """Surfaces are split by 6e-9, and Newton's method takes its time before it converges."""
-    thin = RouteProblem(Body((2, "1.7", "1.85"), (2, 1, 0), "0.01"), exact(1), exact("1e-8"), 3)
-    orbits = orbits_of(thin)
-    level = ChainLevel(orbits.return_map, thin.h0)
+    thin = Body((2, "1.7", "1.85"), (2, 1, 0), "0.01")
+    orbits = orbits_of(problem(thin, 3, h0=1))
+    level = ChainLevel(orbits.return_map, 1)
     begin = orbits.begin(level)
     cells = np.cumsum([cell, *half_turns])
     phase = math.pi * cell - float(level.arriving(*begin(0.0)[:2]).chi[0])

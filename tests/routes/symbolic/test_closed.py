@@ -9,10 +9,8 @@ import pytest
 from rigidpend import Body, route_codes
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
-from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.chain import crossing_states
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
@@ -24,7 +22,8 @@ from rigidpend.routes.symbolic.stretching import (
     stretched,
     stretching,
 )
-from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
+from tests.bodies import problem
+from tests.routes.symbolic.fig4 import BODY, H, chain_of, level
 
 TURNS = 11
 
@@ -162,7 +161,7 @@ PASSAGES = 5
 
 @pytest.fixture(scope="module")
 def orbits() -> OrbitFamily:
-    return orbits_of(RouteProblem(BODY, H, J1_0, PASSAGES))
+    return orbits_of(problem(n_symbols=PASSAGES))
 
 
 def some(count: int) -> tuple[Array, Array]:
@@ -192,7 +191,7 @@ def test_what_shrinks_again_is_rounded_as_what_had_grown() -> None:
 
     By the variational equations of (M, gamma), a Taylor series of degree 34 in 113 bits.
     """
-    orbits = orbits_of(RouteProblem(SHRUNK, exact("1.2"), J1_0, 3))
+    orbits = orbits_of(problem(SHRUNK, 3, "1.2"))
     phases, actions = [4.754114033321756, 4.754114], [8.802725145750686e-08, 8.8027e-08]
     seen = stretched(orbits, np.array(phases), np.array(actions), 3)
     off = np.abs(seen.growth[-1] - [4.279500267843436, 4.959372696596074])
@@ -217,7 +216,7 @@ def test_where_the_surfaces_are_split_by_little_the_bound_is_near_the_error(
 ) -> None:
     """By a 2e-6th and a 4e-4th of the layer; the truth is that of `scripts/stated.py`."""
     theta2, J1, n = start
-    orbits = orbits_of(RouteProblem(body, exact(1), J1_0, n))
+    orbits = orbits_of(problem(body, n, 1))
     seen = stretched(orbits, np.array([theta2]), np.array([J1]), n)
     assert abs(seen.growth[-1, 0] - grown) < seen.allowed[0] < most
 

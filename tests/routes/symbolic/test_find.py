@@ -13,19 +13,17 @@ import pytest
 
 from rigidpend import Body, address_of, find_orbit, route_codes
 from rigidpend.mechanics import in_space
-from rigidpend.numbers.exact import exact
+from rigidpend.mechanics.free_body import TURNS, symbols
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.passage import SectionPoint
-from rigidpend.routes.cycle import TURNS, symbols
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, legs, shortest
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
 from rigidpend.routes.symbolic.levels import onward
-from tests.bodies import FIG4, FREE
+from tests.bodies import FIG4, FIG5, FREE, problem
 from tests.routes.symbolic.fig4 import level
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -250,7 +248,6 @@ def test_addresses_end_before_what_is_not_certain() -> None:
 
 
 DOCS = Path(__file__).parents[3] / "docs" / "addresses.md"
-FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
 ROUTE: dict[str, Any] = {"h0": "10/9", "J1_0": "2.39205e-9"}
 J1_0, PASSAGES, WAIT = "1e-6", 5, 36.0
 """`WAIT` is the longest mean time t' of a passage, and of the way to the first crossing."""
@@ -267,10 +264,10 @@ def test_an_address_is_what_a_reader_counts(body: Body, h0: Any, phases: list[fl
     [block] = re.findall(r"```python\n(def cells.*?)```", DOCS.read_text(), re.DOTALL)
     names, met = dict[str, Any](np=np), set()
     exec(block, names)
-    problem = RouteProblem(body, exact(h0), exact(J1_0), PASSAGES)
+    orbits = problem(body, PASSAGES, h0, J1_0)
     for phase in phases:
         times = np.linspace(0, WAIT * (PASSAGES + 1), 10_000)
-        states = states_at(in_space.field(body), initial_state(problem, phase), times)
+        states = states_at(in_space.field(body), initial_state(orbits, phase), times)
         crossings = np.flatnonzero(np.diff(np.sign(states[2])))[: PASSAGES + 1]
         M, gamma = physical(states, body)
         counted = [

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers import Scalar
 
 
 class Operation(NamedTuple):
