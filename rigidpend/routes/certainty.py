@@ -6,9 +6,10 @@ share no rounding err by different multiples of it, so that two with errors of a
 d radians with a chance of about d. This gives three limits: `LIMIT_OF_TWO` and `LIMIT_OF_THREE`
 computations of equal precision, and `LIMIT_OF_UNEQUAL` for two of different precision, because
 their errors differ two thousandfold at least; where these differ by less the limit is smaller in
-proportion. Each rule is wrong about once in a million orbits among those that err by a radian at
-all. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 does so in double precision; of longer
-codes more do.
+proportion. Three computations may also differ in precision (`LIMIT_OF_COARSE`,
+`LIMIT_OF_SHARPER`). Each rule is wrong about once in a million orbits among those that err by a
+radian at all. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 does so in double precision; of
+longer codes more do.
 
 Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
 and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
@@ -60,6 +61,24 @@ orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 
 wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 348 orbits of four
 bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and erred
 by half of the difference at most."""
+LIMIT_OF_COARSE = 0.25
+"""Phase difference, in radians, up to which a less sharp computation is a third one.
+
+It serves beside two of equal precision that agree to `LIMIT_OF_THREE`. Of 2,000 orbits of five
+bodies that maps of 82 and 90 bits left open, the other map in 90 bits erred by more than R times
+its difference from the first one in a share of 0.45/R, and by more than R times that from the one
+of 82 bits in 0.0042/R, for R of 1 to 30; by more than both at once in no larger a share than the
+product of the two. So about one in two million of those that err by a radian would be wrong; none
+of the 1,413 that were decided so was. Up to here errors grow in proportion."""
+LIMIT_OF_SHARPER = 0.03
+"""Phase difference, in radians, up to which two of equal precision confirm a sharper computation.
+
+Of the same orbits, an integration in pairs of doubles erred by more than R times its differences
+from both maps in 90 bits in a share of 0.042, 0.009 and 0.002, for R of 0.1, 0.3 and 1. As this
+falls faster than 1/R, about one in 100,000 of those that err by a radian would be wrong; none of
+2,000 was that agreed to 0.25 even."""
+COARSE_BITS = 7
+"""Least number of bits by which one of three computations may differ from the others."""
 KEPT_IN_PAIRS = 97
 """Bits for which an integration in pairs of doubles counts, whatever tolerance it has.
 
@@ -96,6 +115,8 @@ Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 """Computation of some columns in a precision (bits) and scales."""
 MostComputations: TypeAlias = Callable[[int], int]
 """Largest number of computations in a precision (bits)."""
+Third: TypeAlias = Callable[[Columns], Crossings]
+"""Another computation of some columns, whose precision and scales are settled."""
 Division: TypeAlias = Callable[[int, int], tuple[int, int]]
 """Columns in a piece, of so many in a precision (bits), and threads that share the pieces."""
 
@@ -179,7 +200,11 @@ def decide(
             certain = np.zeros((len(only.time) - 1, columns.size), dtype=bool)
             return _decided(only, certain, least)
         first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
-        certain = _established(first, second, rate, count, compute, least, columns)
+        certain = agreement(first, second, rate, LIMIT_OF_TWO)
+        if count > 2:
+            third = functools.partial(compute, least, THIRD_SCALES)
+            limits = LIMIT_OF_THREE, LIMIT_OF_THREE
+            _confirm(certain, first, second, rate, columns, third, limits)
         return _decided(_agreed(first, second, certain), certain, least)
 
     pieces = _in_pieces(settle, np.arange(n), division(n, least))
@@ -196,16 +221,19 @@ def climb(
     precisions: tuple[int, ...],
     most_computations: MostComputations = lambda _: 3,
     division: Division = undivided,
+    beside: Third | None = None,
 ) -> None:
     """Decide the open columns in ascending higher precisions; `found` is changed in place.
 
-    The arguments are those of :func:`decide`.
+    The arguments are those of :func:`decide`. `beside` makes another computation of some columns,
+    in the precision of what is known of them, which the first of the precisions is compared with.
     """
     for bits in precisions:
         left = open_columns(found)
         if not left.size:
             break
-        further = functools.partial(_further, compute, found, rate, bits, most_computations(bits))
+        count, third = most_computations(bits), beside if bits == precisions[0] else None
+        further = functools.partial(_further, compute, found, rate, bits, count, third)
         for columns, piece in _in_pieces(further, left, division(left.size, bits)):
             put(found, columns, piece)
 
@@ -220,28 +248,43 @@ def _in_pieces(
 
 
 def _further(
-    compute: Compute, found: Decided, rate: float, bits: int, count: int, columns: Columns
+    compute: Compute,
+    found: Decided,
+    rate: float,
+    bits: int,
+    count: int,
+    beside: Third | None,
+    columns: Columns,
 ) -> Decided:
     """Decide some columns in a precision, starting from what is known of them.
 
-    The first computation is compared with the last one in a lower precision. Where these differ, a
-    second one is compared with the first, and a third one with both, if `count` allows it.
+    The first computation is compared with the last one in a lower precision, and with the one
+    `beside` it. Where these differ, a second one is compared with the first and with the last one,
+    and a third one with the first two, if `count` allows it.
     """
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
+    more = kept_bits(bits) - kept_bits(int(known.bits.max()))
     for scales in (FIRST_SCALES, SECOND_SCALES)[:count]:
         open_ = open_columns(known)
         if not open_.size:
             break
         # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
+        given = before, sharper, rate, columns[open_]
         if scales == FIRST_SCALES:
-            # All that are open have the last result of the same precision.
-            more = kept_bits(bits) - kept_bits(int(known.bits[open_].max()))
             limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
             certain = agreement(before, sharper, rate, limit)
+            if beside and more >= COARSE_BITS:
+                _confirm(certain, *given, beside, (LIMIT_OF_SHARPER, LIMIT_OF_SHARPER))
         else:
-            certain = _established(before, sharper, rate, count, compute, bits, columns[open_])
+            certain = agreement(before, sharper, rate, LIMIT_OF_TWO)
+            if more >= COARSE_BITS:
+                coarse = functools.partial(columns_of, found.crossings)
+                _confirm(certain, *given, coarse, (LIMIT_OF_THREE, LIMIT_OF_COARSE))
+            if count > 2:
+                third = functools.partial(compute, bits, THIRD_SCALES)
+                _confirm(certain, *given, third, (LIMIT_OF_THREE, LIMIT_OF_THREE))
         put(known, open_, _decided(_agreed(before, sharper, certain), certain, bits))
     return known
 
@@ -271,32 +314,27 @@ def _decided(found: Crossings, certain: NDArray[np.bool_], bits: int) -> Decided
     return Decided(found, certain, np.full(n, bits, dtype=np.uint16), np.zeros(n, dtype=bool))
 
 
-def _established(
+def _confirm(
+    certain: NDArray[np.bool_],
     a: Crossings,
     b: Crossings,
     rate: float,
-    count: int,
-    compute: Compute,
-    bits: int,
     columns: Columns,
-) -> NDArray[np.bool_]:
-    """Mask of the symbols that two computations of equal precision establish, or `count` = 3.
+    third: Third,
+    limits: tuple[float, float],
+) -> None:
+    """Add to the `certain` symbols, in place, those that two computations and a third establish.
 
-    The third computation is made only for columns in which it can establish a further symbol.
+    `limits` are that of the two, and that of the third with each of them. It is made only for
+    columns in which it can establish a further symbol.
     """
-    found = agreement(a, b, rate, LIMIT_OF_TWO)
-    if count < 3:
-        return found
     # The last symbol is certain only if all are.
-    left = np.flatnonzero(~found[-1])
-    near = agreement(columns_of(a, left), columns_of(b, left), rate, LIMIT_OF_THREE)
-    # All three pairs must agree to LIMIT_OF_THREE, and this is the first pair.
-    some = (near & ~found[:, left]).any(axis=0)
+    left = np.flatnonzero(~certain[-1])
+    near = agreement(columns_of(a, left), columns_of(b, left), rate, limits[0])
+    some = (near & ~certain[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:
-        c = compute(bits, THIRD_SCALES, columns[doubtful])
+        c = third(columns[doubtful])
         for each in (a, b):
-            # The third must agree with both.
-            near &= agreement(columns_of(each, doubtful), c, rate, LIMIT_OF_THREE)
-        found[:, doubtful] |= near
-    return found
+            near &= agreement(columns_of(each, doubtful), c, rate, limits[1])
+        certain[:, doubtful] |= near

@@ -172,7 +172,9 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         # One computation in each precision but the last: one in the next precision settles more
         # orbits than a second one in the same.
         last, most = beyond[-1], run.most_computations
-        certainty.climb(climbing, known, rate, beyond, lambda x: most(x) if x == last else 1)
+        certainty.climb(
+            climbing, known, rate, beyond, lambda x: most(x) if x == last else 1, beside=maps.beside
+        )
     if sampled:
         # Most of the sample is integrated in doubles alone, which decide at least the first symbols
         # of every orbit; more bits take long. A part of a plane has its share of the sample.
@@ -203,7 +205,7 @@ def with_maps(
         return integrated(bits, scales, columns)
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
-        if not maps.serve(bits, scales):
+        if maps.design_of(bits, scales) is None:
             return by_integration(bits, scales, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)

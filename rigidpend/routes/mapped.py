@@ -32,7 +32,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
-from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
+from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
@@ -196,12 +196,29 @@ class Maps:
         return max(self.design_by_bits, default=53)
 
     @property
+    def twice(self) -> bool:
+        """True if both maps are as sharp as the sharpest computation, and each makes it once.
+
+        With the first map's own computation, a less sharp one, these are three: see
+        `certainty.LIMIT_OF_COARSE`.
+        """
+        sharpest = self.most_bits
+        return self.design_by_bits.get(sharpest) == SECOND and self.built_bits[0] == sharpest
+
+    @property
+    def beside(self) -> Third | None:
+        """The second map's computation in the most bits, where the first map's came last."""
+        computed = functools.partial(self.crossings, self.most_bits, FIRST_SCALES)
+        return computed if self.twice else None
+
+    @property
     def last(self) -> int:
-        """The map of the sharpest computation that decides symbols: 0 the first, 1 the second.
+        """The map of the last computation that decides symbols: 0 the first, 1 the second.
 
         In doubles alone, it is the second one.
         """
-        return self.designs.index(self.design_by_bits.get(self.most_bits, SECOND))
+        sharpest = self.design_by_bits.get(self.most_bits, SECOND)
+        return 0 if self.twice else self.designs.index(sharpest)
 
     @property
     def ladder(self) -> tuple[int, ...]:
@@ -211,30 +228,34 @@ class Maps:
     def most_computations(self, bits: int) -> int:
         """The largest number of computations in a precision.
 
-        In a map's own bits it is one, if a sharper computation follows: a second one would use the
-        second map, whose own bits are next. In doubles it is one if few orbits would be decided by
-        two before the first map's own computation. Integration makes a third one only in the last
-        precision; before that, one computation in the next precision settles more.
+        In the bits of the first map's own computation it is one, if a sharper one follows: a second
+        one would use the second map, whose own bits are next. In these it is two where the first
+        map is as sharp. In doubles it is one if few orbits would be decided by two before the first
+        map's own computation. Integration makes a third one only in the last precision; before
+        that, one computation in the next precision settles more.
         """
         last = max(self.run.arithmetic.precisions)
         if bits in self.design_by_bits and bits < last:
-            return 1
+            return 2 if self.twice and bits == self.most_bits else 1
         if bits == 53 and self.design_by_bits and not costs.doubles_decide(self.problem):
             return 1
-        return 3 if bits == last or self.serve(bits, THIRD_SCALES) else 2
+        return 3 if bits == last or self.design_of(bits, THIRD_SCALES) else 2
 
-    def serve(self, bits: int, scales: Scales) -> bool:
-        """True if there is a map for a computation in those bits and scales."""
-        # Beyond doubles `design_by_bits` says which map makes the first computation. All maps serve
-        # as many bits as the least sharp of them has.
+    def design_of(self, bits: int, scales: Scales) -> Design | None:
+        """The design of the map for a computation in those bits and scales; None for none."""
+        design = DESIGNS.get(scales)
+        # Beyond doubles `design_by_bits` says which map makes the first computation.
         if bits > 53 and scales == FIRST_SCALES:
-            return bits in self.design_by_bits
-        return bits in (53, min(self.map_bits)) and DESIGNS.get(scales) in self.designs
+            return self.design_by_bits.get(bits)
+        if bits == self.most_bits and scales == SECOND_SCALES and self.twice:
+            return FIRST
+        # All maps serve as many bits as the least sharp of them has.
+        return design if bits in (53, min(self.map_bits)) and design in self.designs else None
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns, times t'; FAILED where an orbit leaves the tables."""
-        one = bits > 53 and scales == FIRST_SCALES
-        design = self.design_by_bits[bits] if one else DESIGNS[scales]
+        design = self.design_of(bits, scales)
+        assert design is not None
         given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
         found = kernel.follow(self._program(bits, design), *given)
         return found._replace(time=found.time * float(exact(design.unit)))

@@ -145,21 +145,23 @@ class Run:
         def in_own(bits: int) -> bool:
             return in_kernel(self.arithmetic.engine, bits)
 
+        def fewest(bits: int) -> int:
+            # In more than 53 bits a single vector of lanes is worth a piece; in doubles only where
+            # there are so few columns that some threads would otherwise get none.
+            return LANES if bits > 53 or n <= LANES * self.jobs else FEWEST_COLUMNS
+
         def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-            # Columns that fill one vector at most are a single piece: all other threads are idle,
-            # and `abreast` gives one of them the second computation.
-            if n <= LANES:
+            # Of columns that are a single piece all other threads are idle, and `abreast` gives one
+            # of them the second computation.
+            if n <= fewest(bits):
                 return of_few(bits, scales, columns)
             return (alone if in_own(bits) else self).crossings(bits, scales, columns)
 
         def division(count: int, bits: int) -> tuple[int, int]:
             if not in_own(bits):
                 return certainty.undivided(count, bits)
-            # In more than 53 bits a single vector of lanes is worth a piece; in doubles only where
-            # there are so few columns that some threads would otherwise get none.
-            fewest = LANES if bits > 53 or n <= LANES * self.jobs else FEWEST_COLUMNS
-            size = min(MOST_COLUMNS, max(fewest, -(-count // (PIECES_A_THREAD * self.jobs))))
-            return size, self.jobs
+            size = max(fewest(bits), -(-count // (PIECES_A_THREAD * self.jobs)))
+            return min(MOST_COLUMNS, size), self.jobs
 
         least = self.arithmetic.precisions[0]
         ladder = least, *self.beyond(least)

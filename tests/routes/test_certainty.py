@@ -13,6 +13,7 @@ from rigidpend.routes.certainty import (
     SECOND_SCALES,
     THIRD_SCALES,
     agreement,
+    climb,
     decide,
     undivided,
 )
@@ -168,9 +169,9 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
 @pytest.mark.parametrize(
     ("ladder", "limit"),
     [
-        ((53, 106), LIMIT_OF_UNEQUAL),
         ((53, 64), LIMIT_OF_UNEQUAL),
         ((53, 61), LIMIT_OF_UNEQUAL / 8),
+        ((53, 106), LIMIT_OF_UNEQUAL),
         # The last one before counts, and not the first.
         ((53, 64, 72), LIMIT_OF_UNEQUAL / 8),
         # Pairs of doubles count as 97 bits.
@@ -189,6 +190,43 @@ def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: flo
     noted = Noted(first_53=np.ones(2), second_53=np.zeros(2), **late)
     found = decide(noted, 2, 1.0, ladder, most_computations=lambda bits: 1 + (bits == 53))
     assert found.certain.all(axis=0).tolist() == [True, False]
+
+
+COARSE, EQUAL, SHARPER = 0.25, 1e-3, 0.03
+
+
+@pytest.mark.parametrize(("bits", "serves"), [(61, True), (60, True), (59, False)])
+def test_a_less_sharp_computation_is_a_third_one_from_seven_bits_on(
+    bits: int, serves: bool
+) -> None:
+    """Columns by how far it is from the two, and these from one another."""
+    table = [(0.99 * COARSE, 0.99 * EQUAL), (1.01 * COARSE, 2e-6), (0.9 * COARSE, 1.01 * EQUAL)]
+    less, apart = np.array(table).T
+    late = {f"second_{bits}": np.zeros(3), f"first_{bits}": -apart}
+    noted = Noted(second_53=less - apart, **late)
+    found = decide(noted, 3, 1.0, (53, bits), most_computations={53: 1, bits: 2}.__getitem__)
+    assert found.certain.all(axis=0).tolist() == [serves, False, False]
+
+
+@pytest.mark.parametrize(("known", "serves"), [(90, True), (91, False)])
+def test_two_less_sharp_computations_confirm_one_that_is_seven_bits_sharper(
+    known: int, serves: bool
+) -> None:
+    """Each must agree with the others; pairs of doubles count as 97 bits."""
+    last = np.array([0.99, 0.99, 0.5, 1.01, 0.5]) * SHARPER
+    other = np.array([0.0, 0.99, -0.51, 0.5, 1.01]) * SHARPER
+    noted = Noted(**{f"second_{known}": last}, first_106=np.zeros(5), third_53=other)
+    found = decide(noted, 5, 1.0, (known,), most_computations=lambda _: 1)
+    asked: list[int] = []
+
+    def beside(columns: Any) -> Crossings:
+        asked.extend(columns)
+        return noted(53, THIRD_SCALES, columns)
+
+    climb(noted, found, 1.0, (106,), lambda _: 1, beside=beside)
+    assert found.certain.all(axis=0).tolist() == [serves, serves, False, False, False]
+    # It is made for columns in which the last one is near.
+    assert asked == ([0, 1, 2, 4] if serves else [])
 
 
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:

@@ -135,9 +135,15 @@ def test_passages_that_take_long_ask_for_sharper_tables_and_what_does_not_settle
     # The first of 82 bits leaves out terms of tables as sharp as the second's.
     tables = second if pair == (82, 90) else first
     assert [x[:2] for x in asked[-2:]] == [(tables, FIRST), (second, SECOND)]
-    each = (first, FIRST), (second, SECOND)
-    assert maps.design_by_bits == {bits: design for bits, design in each if bits > 53}
-    assert maps.serve(first, certainty.SECOND_SCALES) == (first <= second), "it has enough bits"
+    each = [x for x in ((first, FIRST), (second, SECOND)) if x[0] > 53]
+    assert maps.design_by_bits == dict(each)
+    if first <= second:
+        assert maps.design_of(first, certainty.SECOND_SCALES) == SECOND, "it has enough bits"
+    # A first map as sharp as the second confirms it, and is then the last that was asked.
+    twice = pair == (82, 90)
+    assert [maps.most_computations(x) for x in pair if x > 53] == [1, 1 + twice][: len(each)]
+    assert (maps.beside is not None) == twice
+    assert [maps.twice, maps.last] == [twice, int(pair in {(64, 75), (64, 72), (53, 53)})]
 
 
 @pytest.mark.parametrize(
@@ -166,9 +172,10 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
         3,
     ]
     for bits in (64, 75, 106):
-        assert maps.serve(bits, certainty.FIRST_SCALES) == (bits in levels)
-        assert maps.serve(bits, certainty.SECOND_SCALES) == (bits == 64)
-    assert [maps.serve(53, x) for x in (*BOTH, certainty.THIRD_SCALES)] == [True, True, False]
+        assert maps.design_of(bits, certainty.FIRST_SCALES) == maps.design_by_bits.get(bits)
+        assert maps.design_of(bits, certainty.SECOND_SCALES) == (SECOND if bits == 64 else None)
+    every = *BOTH, certainty.THIRD_SCALES
+    assert [maps.design_of(53, scales) for scales in every] == [FIRST, SECOND, None]
 
 
 @pytest.mark.parametrize(("precisions", "most"), [(PRECISIONS, [1, 1]), ((53, 64), [1, 3])])
@@ -191,7 +198,7 @@ def test_maps_in_doubles_decide_alone_where_nothing_follows(
     for orbits, served in ((mapped.THIRDS - 1, False), (mapped.THIRDS, True)):
         maps = mapped.Maps(run(task_orbits=orbits, precisions=(53,)))
         assert maps.most_computations(53) == 3
-        assert maps.serve(53, certainty.THIRD_SCALES) == served
+        assert maps.design_of(53, certainty.THIRD_SCALES) == (THIRD if served else None)
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
     given = run().problem, mapped.THIRDS, math.inf
     assert mapped.expected_tables(*given) < mapped.expected_tables(*given, (53,))

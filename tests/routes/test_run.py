@@ -153,7 +153,7 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
         # in more bits a vector is a piece; and integers are shared out in each computation.
         (24, 106, 17, [8, 8, 1]),
         (24, 500, 17, [17]),
-        (24, 106, 0, [0]),
+        (24, 106, 0, []),
     ],
 )
 def test_threads_share_orbits_in_pieces(
@@ -161,19 +161,25 @@ def test_threads_share_orbits_in_pieces(
 ) -> None:
     monkeypatch.setattr(certainty, "decide", decide := Mock())
     run(bits, n=orbits).by_integration()
-    share = decide.call_args.args[4]
-    found = share(len, np.arange(columns), bits)
-    assert [len(x) for x, _ in found] == [n for _, n in found] == pieces
-    np.testing.assert_array_equal(np.concatenate([x for x, _ in found]), np.arange(columns))
+    size, jobs = decide.call_args.args[4](columns, bits)
+    assert [min(size, columns - k) for k in range(0, columns, size)] == pieces
+    assert jobs == (1 if bits == 500 else 2)
 
 
 @pytest.mark.parametrize(
-    ("orbits", "bits", "jobs"), [(9, 53, 1), (9, 106, 1), (9, 500, 2), (8, 53, None)]
+    ("orbits", "bits", "jobs"),
+    [
+        *((n, 53, 1) for n in (9, 16, 257)),
+        *((n, 53, None) for n in (8, 17, 256)),
+        (8, 106, None),
+        (9, 106, 1),
+        (9, 500, 2),
+    ],
 )
 def test_a_piece_has_one_thread_and_integers_or_few_orbits_have_all(
     orbits: int, bits: int, jobs: int | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Orbits of one vector are computed abreast."""
+    """Of a single piece two computations are made abreast."""
     asked = list[int]()
     monkeypatch.setattr(certainty, "decide", decide := Mock())
     monkeypatch.setattr("rigidpend.routes.run.abreast", lambda _: lambda *given: None)

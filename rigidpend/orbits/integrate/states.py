@@ -291,19 +291,44 @@ def at_crossings(
     the bits can profit from. The results are t' since the start, (n,), the states there, (6, n),
     and how far off each orbit still is, t', (n,). All else is as in :func:`first_crossings`.
     """
-    floats, local = AlignedCoefficients(*map(float, coefficients)), tolerance * 2.0 ** (53 - bits)
-    found, steps = np.zeros(len(times), dtype=states.dtype), times
+    local, compiled = tolerance * 2.0 ** (53 - bits), in_kernel(engine, bits)
+    unit, c, there = Fraction(1), coefficients, states
+    if compiled:
+        # The kernel goes on from numbers in its own parts: Fractions take longer than a step.
+        unit, c, there = in_unit(coefficients, states, _kind(bits))
+        there = in_parts(there, _kind(bits))
+    floats, steps, taken = AlignedCoefficients(*map(float, c)), times * float(unit), []
     for _ in range(2 + bits // GAINED):
         # A step is a double, taken exactly: the state is that at the exact sum of the steps.
-        exact = np.array([Fraction(t) for t in steps]) if states.dtype == object else steps
-        given = coefficients, states, exact[None], bits, jobs
-        states = states_at(*given, engine=engine, tolerance=local)[:, 0]
-        found = found + exact
+        taken.append(steps)
+        if compiled:
+            there = _carried(c, there, steps, bits, local, jobs)
+        else:
+            given = c, there, exactly([steps])[None], bits, jobs
+            there = states_at(*given, engine=engine, tolerance=local)[:, 0]
         # Newton's step for M3(t) = 0. Doubles suffice for a correction.
-        steps = -states[2].astype(float) / aligned(states.astype(float), floats)[2]
-        if np.abs(steps).max() < late:
+        seen = there[0] if compiled else there.astype(float)
+        steps = -seen[2] / aligned(seen, floats)[2]
+        if np.abs(steps).max() < late * unit:
             break
-    return found, states, steps
+    if states.dtype != object:
+        return sum(taken), there[0], steps
+    found = exactly(there) if compiled else there
+    return exactly(taken) / unit, np.array([*(found[:3] * unit), *found[3:]]), steps / float(unit)
+
+
+def _carried(
+    c: AlignedCoefficients, states: Array, steps: Array, bits: int, tolerance: float, jobs: int
+) -> Array:
+    """States (parts, 6, n) by the kernel, each after a step of its own, (n,), doubles."""
+    grid = np.zeros((len(states), 1, steps.size))
+    grid[0] = steps
+
+    def carry(some: Array) -> Array:
+        return _sampled(c, states[..., some], grid[..., some], bits, tolerance)[:, :, 0]
+
+    parts = spread(np.arange(steps.size), jobs, 0)
+    return np.concatenate(side_by_side(carry, (), False, parts, jobs), axis=2)
 
 
 def _whole(engine: str, bits: int) -> int:

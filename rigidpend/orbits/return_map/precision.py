@@ -16,6 +16,8 @@ import numpy as np
 from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.orbits.integrate import pair_arrays
+from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "atan2": 2}
@@ -60,11 +62,10 @@ class Precision:
 
     def number(self, x: Scalar) -> Any:
         """A number of this precision from an int, float, Fraction, Exact or number of mpmath."""
+        if self.in_pairs:
+            return PairArray.number(self._fraction(x))
         if isinstance(x, Exact):
             x = x.at(self.bits + GUARD_BITS)
-        if self.in_pairs:
-            known = isinstance(x, (int, float, Fraction))
-            return PairArray.number(Fraction(x) if known else fraction(x))
         if self.dtype == object:
             # mpmath takes no fractions. A numerator of up to `bits` bits is exact, so that only the
             # quotient is rounded.
@@ -94,8 +95,14 @@ class Precision:
         given = np.asarray(x)
         if given.dtype.kind in "fiu":
             return PairArray.of(given)
-        numbers = [self.number(one).parts for one in given.astype(object).ravel()]
-        return PairArray(np.stack(numbers, axis=1)).reshape(given.shape)
+        numbers = [self._fraction(one) for one in given.astype(object).ravel()]
+        return PairArray(in_parts(numbers, PAIRS)).reshape(given.shape)
+
+    def _fraction(self, x: Scalar) -> Fraction:
+        """The exact value of a number, or that of one with guard bits for an Exact."""
+        if isinstance(x, Exact):
+            x = x.at(self.bits + GUARD_BITS)
+        return Fraction(x) if isinstance(x, (int, float, Fraction)) else fraction(x)
 
     def zeros(self, shape: tuple[int, ...]) -> Any:
         """An array of zeros."""

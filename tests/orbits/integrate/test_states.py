@@ -13,7 +13,7 @@ from scipy.special import ellipj, ellipk
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import context, fraction
-from rigidpend.orbits.integrate import states
+from rigidpend.orbits.integrate import WEIGHTS, states
 from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW_LANES, LANES
 from rigidpend.orbits.integrate.states import at_crossings, first_crossings, states_at
@@ -261,6 +261,34 @@ def test_crossings_are_sought_until_none_is_late_and_what_is_left_is_told() -> N
     assert np.abs(once[2][1:]).max() < 1e-12
     assert np.abs(settled[2]).max() < 1e-12
     assert float(settled[0][0] - once[0][0]) == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_crossings_in_many_bits_are_the_same_in_far_units_of_M_and_by_two_threads() -> None:
+    """Beyond 212 bits the kernel has a unit of M of its own, and time in its inverse."""
+    orbits, unit, bits = task(fan(3), 424), Fraction(2**20), 424
+    given: dict[str, Any] = {"engine": "taylor", "bits": bits, "tolerance": 2.0**-52}
+    exact = first_crossings(orbits.coefficients, orbits.states, 200.0, **given, jobs=1)
+    assert exact is not None
+    c = orbits.coefficients._replace(
+        **{x: getattr(orbits.coefficients, x) * unit**2 for x in WEIGHTS}
+    )
+    begun = np.array([*(orbits.states[:3] * unit), *orbits.states[3:]])
+    about = (exact[0].astype(float) - 1e-3) / float(unit)
+    late = 2.0**-400 / float(unit)
+    times, there, left = at_crossings(c, begun, about, late=late, **given, jobs=2)
+    assert np.abs(left).max() < late
+    assert np.abs(times * unit - exact[0]).max() < Fraction(2) ** -395
+    assert np.abs(there[:3] / unit - exact[1][:3]).max() < Fraction(2) ** -395
+    assert np.abs(there[3:] - exact[1][3:]).max() < Fraction(2) ** -395
+    off = 1e-3 / float(unit)
+    ended, went_on = (
+        at_crossings(c, begun, about, late=share * off, **given, jobs=1)[2] for share in (1.1, 0.9)
+    )
+    assert ended == pytest.approx(off, rel=1e-2)
+    assert np.abs(went_on).max() < off / 100
+    again = at_crossings(c, begun, about, late=late, **given, jobs=1)
+    assert (again[0] == times).all()
+    assert (again[1] == there).all()
 
 
 def test_engine_scipy_computes_in_integers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -329,7 +329,14 @@ def in_parts(values: Any, bits: int) -> Array:
 
 def exactly(parts: Any) -> Any:
     """The exact sums of parts, shape (parts, ...), as Fractions, shape (...)."""
-    total, *rest = np.vectorize(Fraction, otypes=[object])(parts)
-    for one in rest:
-        total = total + one
-    return total
+    given = np.asarray(parts, dtype=float)
+    found = np.empty(given[0].size, dtype=object)
+    found[:] = [_sum(each) for each in given.reshape(len(given), -1).T.tolist()]
+    return found.reshape(given.shape[1:])[()]
+
+
+def _sum(doubles: list[float]) -> Fraction:
+    """The exact sum of doubles, whose denominators are powers of two: the largest is common."""
+    ratios = [x.as_integer_ratio() for x in doubles]
+    common = max(q for _, q in ratios)
+    return Fraction(sum(p * (common // q) for p, q in ratios), common)
