@@ -65,6 +65,10 @@ class Neighbourhood:
     def __post_init__(self) -> None:
         self.bits = reference_bits(self.finest, SPARE)
         """Bits of the reference orbit at its start."""
+        most = max(self.bits, self.arithmetic.precisions[-1])
+        # One limit in all bits: what two computations do not see return has no symbol in more.
+        self.longest = passage_limit(self.problem, most)
+        """Longest wait for a crossing, t'."""
         self._references: dict[Scales, ReferenceOrbit] = {}
 
     def routes(self, phases: Sequence[Exact]) -> RouteCodes:
@@ -106,7 +110,7 @@ class Neighbourhood:
             (states[:, 1:] - states[:, :1]).astype(float),
             np.array([float(phase - self.centre) for phase in phases]),
             n_crossings=self.problem.n_symbols + 1,
-            passage_limit=passage_limit(self.problem, 53) / scales.time_unit,
+            passage_limit=self.longest / scales.time_unit,
             tolerance=tolerance_of(self.arithmetic, 53, scales),
         )
         return _timed(walk.crossings(self.jobs), scales)
@@ -130,7 +134,7 @@ class Neighbourhood:
             begin.coefficients,
             state,
             further * np.repeat([0, 1], 3),
-            longest=passage_limit(self.problem, bits) / scales.time_unit,
+            longest=self.longest / scales.time_unit,
             engine=self.arithmetic.engine,
             bits=bits,
             tolerance=tolerance_of(self.arithmetic, bits, scales),

@@ -108,8 +108,7 @@ def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) 
     around.crossings(448, certainty.SECOND_SCALES, [around.centre])
     assert orbit.return_value.followed.call_args.args == (around.problem.n_symbols + 1,)
     asked, unit = orbit.call_args.kwargs, certainty.SECOND_SCALES.time_unit
-    expected = passage_limit(around.problem, asked["bits"])
-    assert asked["longest"] * unit == pytest.approx(expected, rel=1e-14)
+    assert asked["longest"] * unit == pytest.approx(around.longest, rel=1e-14)
     assert asked["tolerance"] == tolerance_of(
         around.arithmetic, asked["bits"], certainty.SECOND_SCALES
     )
@@ -134,8 +133,16 @@ def test_the_computations_of_a_precision_share_no_difference(
     )
     assert len(set(tolerances)) == 2
     units = [x.time_unit for x in (certainty.FIRST_SCALES, certainty.SECOND_SCALES)]
-    expected = passage_limit(around.problem, 53)
-    assert np.multiply(limits, units) == pytest.approx(expected, rel=1e-14)
+    assert np.multiply(limits, units) == pytest.approx(around.longest, rel=1e-14)
+
+
+@pytest.mark.parametrize("most", [64, 600])
+def test_orbits_are_waited_for_as_long_in_doubles_as_in_the_most_bits(most: int) -> None:
+    """Or else two computations in doubles would see an orbit stay that comes back in more bits."""
+    around = Neighbourhood(problem(), exact(FIRST), FINEST, resolve(precisions=(53, most)))
+    bits = max(most, around.bits)
+    assert (bits == most) is (most == 600)
+    assert around.longest == passage_limit(around.problem, bits)
 
 
 CHANGE = exact("0.7234567890123456789")
