@@ -167,7 +167,8 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:
             reason = f"their symbols need more than the {maps.most_bits} bits of the maps"
-            costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
+            each = costs.beyond_maps(run.problem, precisions)
+            costs.warned(run.problem, open_.size, n, each, reason)
         climbing = handed_over(maps, run.crossings, known, beyond)
         # One computation in each precision but the last: one in the next precision settles more
         # orbits than a second one in the same.

@@ -26,8 +26,8 @@ from rigidpend.routes.problem import (
     whisker_growth,
 )
 
-SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
-"""Seconds of a core: for a symbol by integration, for each rotation too, and for a symbol by maps.
+SYMBOL, ROTATION = 3e-6, 1e-6
+"""Seconds of a core for a symbol by integration, and for each rotation too.
 
 Measured on 17 random bodies, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
 machine: integration took some 0.8 to 1.4 times as long."""
@@ -70,6 +70,10 @@ STAYING_OPEN = 1.7
 """Time of orbits that a precision leaves open, on all rungs below it too, as such a share.
 
 Of orbits of 120 and 200 symbols it was 1.5 up to 106 bits, and 1.7 to 1.8 from there to 160."""
+MAPPED = {SHARPER: 0.3e-6, SHARPEST: 0.8e-6}
+"""Seconds of a core for a symbol by kept maps, by the bits of the first one.
+
+With four random bodies it was 0.20 to 0.29, and 0.55 to 1.3 with seven whose passages are deep."""
 DEEP = 9.5
 """Least number of rotations in a passage that counts as deep.
 
@@ -85,11 +89,12 @@ REGULAR, EVEN = 0.015, 1.3
 
 With 40 nearly symmetric bodies, where 0 to 100 % of 96 orbits stayed open in doubles, these values
 give 38 of the shares within 0.12, and two within 0.21."""
-HANDED_OVER = 0.28
-"""Time of an orbit that is handed over to a map, as a share of that of an integration in pairs.
+HANDED_OVER = 0.2
+"""Time of an orbit that is handed over to a map, as a share of that of an integration in its bits.
 
-Of seven random bodies, whose passages take 20 to 53 rotations and of whose orbits maps left 0.2 to
-7 % open, it was 0.22 to 0.42, including the orbits that need more bits than pairs have."""
+Of five random bodies, whose passages take 36 to 53 rotations and of whose orbits three computations
+by maps left 0.5 to 2 % open, it was 0.18 to 0.21 in 106 bits, 0.18 to 0.23 in 109 and 0.27 to 0.40
+in 120. Of ten orbits or fewer, which do not fill a vector, it was up to 1.4."""
 DECIDED = 0.2
 """Least share of orbits, decided by two maps in doubles, for which the second one pays.
 
@@ -124,12 +129,25 @@ def integration(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -
 
 def by_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
     """Seconds of a core that an orbit takes by kept maps, and by integration beyond their bits."""
-    most, _ = wanted(problem)[0]
+    open_, each = _beyond(problem, precisions)
+    first, _ = wanted(problem)[0]
+    return MAPPED[first] * problem.n_symbols + open_ * each
+
+
+def beyond_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
+    """Seconds of a core for an orbit whose symbols need more bits than the maps have."""
+    _, each = _beyond(problem, precisions)
+    return each
+
+
+def _beyond(problem: RouteProblem, precisions: Sequence[int]) -> tuple[float, float]:
+    """Share of orbits that maps leave open, and seconds of a core that each of them takes then."""
+    # Computations by both maps decide about as many as one would of the bits between.
+    most = sum(wanted(problem)[0]) // 2
     ladder = [most, *(bits for bits in precisions if bits > most)]
-    # A map's coordinates are relative to the splitting, so that the displacement costs no digits.
+    # It is above zero: 2e-275 at least, for one symbol of an orbit whose errors do not grow.
     open_ = share_open(problem, most, displaced=False)
-    further = _further(problem, ladder, open_, HANDED_OVER)
-    return MAPPED * problem.n_symbols + _once(problem) * further
+    return open_, _once(problem) * _further(problem, ladder, open_, HANDED_OVER) / open_
 
 
 def _once(problem: RouteProblem) -> float:
@@ -144,15 +162,19 @@ def _further(
 ) -> float:
     """Cost of the orbits that the first precision leaves open, in units of deciding one in doubles.
 
-    `open_` is their share of all orbits, and `whole` the part of an integration that each takes.
+    `open_` is their share of all orbits, and `whole` the part of an integration that each takes: of
+    those that the last precision leaves open, all of it. Where `whole` is below one, orbits are
+    handed over to maps. Their coordinates are relative to the splitting, so that the displacement
+    costs no digits.
     """
-    found = 0.0
+    found, handed = 0.0, whole < 1
     for known, bits in itertools.pairwise(precisions):
         # Orbits that this precision decides take a part of its time where rungs lie below it; those
         # that stay open take all of it, and that of the rungs.
         rungs = any(fits(x, (known, bits)) for x in RUNGS)
-        share, most = (whole * CLIMBING, STAYING_OPEN) if rungs else (whole, 1.0)
-        left = share_open(problem, bits)
+        decided, staying = (CLIMBING, STAYING_OPEN) if rungs else (1.0, 1.0)
+        share, most = whole * decided, staying * (1.0 if bits == precisions[-1] else whole)
+        left = share_open(problem, kept_bits(bits) if handed else bits, displaced=not handed)
         found, open_ = found + (most * left + share * (open_ - left)) * _factor(bits), left
     return found
 
@@ -197,11 +219,6 @@ def doubles_decide(problem: RouteProblem) -> bool:
     """
     bits = 53 + round(math.log2(LIMIT_OF_TWO))
     return 1 - share_open(problem, bits, displaced=False) >= DECIDED
-
-
-def beyond_maps(problem: RouteProblem) -> float:
-    """Seconds of a core for an orbit whose symbols need more bits than the maps have."""
-    return HANDED_OVER * integration(problem, (PAIRS,))
 
 
 def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> bool:
