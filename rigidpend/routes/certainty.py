@@ -298,9 +298,10 @@ def open_columns(found: Decided) -> Columns:
 def _agreed(a: Crossings, b: Crossings, certain: NDArray[np.bool_]) -> Crossings:
     """The second of two computations; its outcome is STAYS where the first has no crossing either.
 
-    All symbols before must be certain. Where 256 orbits of each of five bodies at mu = 0.2 or 0.4 h0
-    were all computed in more bits (64 or 106), which wait as long, no code and no certain symbol was
-    another one, and the time 1.8 to 8.6 times as long.
+    All symbols before must be certain. Of each of five bodies at mu = 0.2 or 0.4 h0 256 orbits were
+    all computed in more bits, which wait as long: no code and no certain symbol was another one.
+    That took 1.8 to 8.6 times as long in 64 or in 106 bits, and some 30 times, with two of the
+    bodies, in 106 and 160.
     """
     silent = (a.outcome == Outcome.NO_CROSSING) & (b.outcome == Outcome.NO_CROSSING)
     crossings = [np.count_nonzero(x.separatrix, axis=0) for x in (a, b)]
