@@ -215,7 +215,8 @@ def test_two_less_sharp_computations_confirm_one_that_is_seven_bits_sharper(
     """Each must agree with the others; pairs of doubles count as 97 bits."""
     last = np.array([0.99, 0.99, 0.5, 1.01, 0.5]) * SHARPER
     other = np.array([0.0, 0.99, -0.51, 0.5, 1.01]) * SHARPER
-    noted = Noted(**{f"second_{known}": last}, first_106=np.zeros(5), third_53=other)
+    late = {f"second_{known}": last, "first_160": np.full(5, 0.5 * SHARPER)}
+    noted = Noted(**late, first_106=np.zeros(5), third_53=other)
     found = decide(noted, 5, 1.0, (known,), most_computations=lambda _: 1)
     asked: list[int] = []
 
@@ -223,9 +224,9 @@ def test_two_less_sharp_computations_confirm_one_that_is_seven_bits_sharper(
         asked.extend(columns)
         return noted(53, THIRD_SCALES, columns)
 
-    climb(noted, found, 1.0, (106,), lambda _: 1, beside=beside)
+    climb(noted, found, 1.0, (106, 160), lambda _: 1, beside=beside)
     assert found.certain.all(axis=0).tolist() == [serves, serves, False, False, False]
-    # It is made for columns in which the last one is near.
+    # It is made for columns in which the last one is near, and beside that one alone.
     assert asked == ([0, 1, 2, 4] if serves else [])
 
 

@@ -146,6 +146,23 @@ def test_passages_that_take_long_ask_for_sharper_tables_and_what_does_not_settle
     assert [maps.twice, maps.last] == [twice, int(pair in {(64, 75), (64, 72), (53, 53)})]
 
 
+def test_each_of_two_maps_as_sharp_makes_one_computation_in_the_most_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By one map twice, a computation would agree with itself; the last is compared with another's.
+
+    The one that comes beside it is the second map's, of the columns that are asked for.
+    """
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
+    maps, every = mapped.Maps(run()), np.arange(8)
+    assert [maps.design_of(90, scales) for scales in BOTH] == [SECOND, FIRST]
+    assert maps.designs[maps.last] == FIRST
+    one, last = (maps.crossings(90, scales, every) for scales in BOTH)
+    assert (one.time != last.time).any(axis=0).all()
+    assert maps.beside is not None
+    np.testing.assert_array_equal(maps.beside(every[::-2]).time, one.time[:, ::-2])
+
+
 @pytest.mark.parametrize(
     ("precisions", "levels", "single"),
     [
