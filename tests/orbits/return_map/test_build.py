@@ -16,8 +16,9 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
 from rigidpend.orbits.return_map.charts import branch
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.orbits.return_map.tables import ChartTable
 from scripts import stated_maps
 from tests.bodies import FIG4, GENERIC
 
@@ -271,6 +272,52 @@ def test_a_map_is_built_here_where_no_process_can_be_had(
     with pytest.raises(MapError, match="tried here"):
         storage.build_apart(GENERIC, (exact(H), exact(H)), 53, FIRST, math.inf)
     assert len(list(cache.iterdir())) == 1
+
+
+BY = 1e-6
+"""An error that tables are given, relative."""
+
+
+@pytest.mark.parametrize("rising", [False, True], ids=["downward", "upward"])
+def test_the_stated_error_of_a_chart_is_its_factor_times_that_of_each_of_its_functions(
+    rising: bool,
+) -> None:
+    """Relative to the largest value of the function, or to the width of I; s is in radians."""
+    a, made = precision(53), return_map(FIG4, h=H)
+    c, chart = coefficients(FIG4.angles(113), "1", a), made.charts[rising]
+
+    def stated(**tables: ChartTable) -> tuple[float, float]:
+        length = a.number(made.orders.length)
+        return checks.held_out(rising, chart._replace(**tables), made.normal_form, c, length, a)
+
+    for k in range(4):
+
+        class Off(ChartTable):
+            """Errs in one function."""
+
+            def look_up(self, x: Any, phase: Any, a: Precision) -> Any:
+                found = super().look_up(x, phase, a)
+                found[k] *= 1 + BY  # noqa: B023
+                return found
+
+        off, _ = stated(forward=Off(*chart.forward))
+        assert off == pytest.approx(checks.CHART_FACTOR * BY, rel=1e-6)
+        # The first two of an inverse chart are the point, whose invariants are to be as given.
+        if k > 1:
+            _, off = stated(inverse=Off(*chart.inverse))
+            assert off == pytest.approx(checks.INVERSE_FACTOR * BY, rel=2e-3)
+    for I_off, s_off in ((BY, 0.0), (0.0, BY)):
+
+        class Beside(ChartTable):
+            """Gives the point with other invariants, and its time."""
+
+            def look_up(self, x: Any, phase: Any, a: Precision) -> Any:
+                found = super().look_up(x + I_off * self.width, phase + s_off, a)  # noqa: B023
+                found[1] += s_off  # noqa: B023
+                return found
+
+        _, off = stated(inverse=Beside(*chart.inverse))
+        assert off == pytest.approx(checks.INVERSE_FACTOR * BY, rel=1e-6)
 
 
 def test_points_at_which_a_map_is_checked_fill_its_tables() -> None:
