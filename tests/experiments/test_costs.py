@@ -90,6 +90,17 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
         ("e", 12, 62, 15): 14.38,
         ("e", 3, 6, 4): 0.86,
     },
+    # Down to a step of 31, 49, 73 and 121 digits.
+    ("fig4_zoom", "h0", "factor", "levels", "count", "n_symbols"): {
+        ("fig4", 10**6, 6, 9, 15): 5.65,
+        ("fig4", 10**6, 13, 9, 15): 20,
+        ("fig4", 10**6, 21, 9, 15): 87,
+        ("heavy", 10**6, 6, 9, 15): 5.9,
+        ("heavy", 10**6, 9, 9, 15): 10.3,
+        ("generic", 10**6, 6, 9, 4): 6.2,
+        ("generic", 10**6, 6, 30, 15): 8.1,
+        ("generic", 10**6, 9, 9, 15): 32.5,
+    },
     ("exponents", "h0"): {("fig4",): 3.48, ("heavy",): 9.38, ("generic",): 4.16},
 }
 """Seconds that were measured, of a core but for the intervals, by the body and settings.

@@ -32,6 +32,10 @@ BEGIN, AT_LEAST, COLUMNS = 0.3, 1.2e-3, 25
 
 A symbol takes those seconds for each rotation of a passage, and once more.
 Measured on one core with five bodies, of 1.4 to 7.5 rotations a passage."""
+DEEP = 1e-3
+"""Seconds of the search and of the reference orbits, over the square of the last step's digits.
+
+They too are taken for each rotation, and once more: at 30 to 120 digits, with three bodies."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -66,8 +70,9 @@ def cost(config: Config) -> float:
     # Without weight no symbol changes, and rotations are infinite.
     if (rotations := passage_rotations(problem.routes)) == math.inf:
         return BEGIN
-    symbols = problem.levels * (problem.n_symbols + 1)
-    return BEGIN + AT_LEAST * symbols * (1 + rotations) * (1 + problem.count / COLUMNS)
+    digits = math.log10(float(_steps(problem)[-1]))
+    columns = AT_LEAST * problem.levels * (problem.n_symbols + 1) * (1 + problem.count / COLUMNS)
+    return BEGIN + (1 + rotations) * (columns + DEEP * digits**2)
 
 
 def _names(problem: Problem) -> list[str]:
