@@ -188,7 +188,7 @@ def test_tiles_share_what_they_can_and_have_every_cell_once(
 
 
 def test_cells_are_in_their_places_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    each = np.arange(20)
+    each = np.arange(20, dtype=np.uint8)
     cells = Cells(np.array([each, each + 20, each + 40]), each, each % 3 == 0)
     monkeypatch.setattr(route_map, "cells_of", Mock(return_value=cells))
     found = computed(content())
