@@ -117,7 +117,7 @@ class Maps:
         The orbits, and the number of threads that make the maps.
     least_time : bool, optional
         Whether maps are wanted only where they are expected to take less time than integration.
-    kept : bool, optional
+    only_kept : bool, optional
         Whether only maps that were built before are wanted.
 
     Raises

@@ -206,7 +206,6 @@ def _client(address: str) -> Any:
 def named_errors(address: str) -> Iterator[None]:
     """Turn errors of the cluster into sentences of WorkerError."""
     from distributed import CancelledError, KilledWorker
-    from distributed.comm import CommClosedError
 
     try:
         yield
@@ -214,7 +213,7 @@ def named_errors(address: str) -> Iterator[None]:
         lost = getattr(error.last_worker, "address", "of unknown address")
         said = f"worker {lost} died with a part, as others did before, perhaps for lack of memory"
         raise WorkerError(f"cluster {address}: {said}: {ROOM}; {CONTINUES}") from None
-    except (CancelledError, CommClosedError, OSError):
+    except (CancelledError, OSError):
         # The connection closed, or was not made again in time.
         raise WorkerError(f"cluster {address}: the scheduler went away; {CONTINUES}") from None
 

@@ -31,6 +31,9 @@ CASES = [
     ("0.99", [0], True),
     ("0.99", [0, 0, 1], False),
     ("1.01", [1, 1, 0], True),
+    # Nearer to an end than doubles are to each other.
+    ("1 - 1e-30", [1, 1, 0], False),
+    ("1 + 1e-30", [1, 1, 0], True),
     ("1.99", [1], True),
     ("2.01", [1, 0, 0], True),
     ("2.01", [0], False),
@@ -54,7 +57,7 @@ def test_a_column_has_the_symbols_of_the_interval_of_its_exact_phase(
     turns: int, within: str, code: list[int], told: bool
 ) -> None:
     """Beyond 1e15 rad the nearest double is further from a phase than an interval is long."""
-    phases = [exact("3.1*pi/2"), exact(f"{turns}*2*pi + {within}*pi/2")]
+    phases = [exact("3.1*pi/2"), exact(f"{turns}*2*pi + ({within})*pi/2")]
     columns = {
         "theta2_0": np.array([float(x) for x in phases]),
         "codes": np.array([[0, x] for x in code], dtype=np.uint8),

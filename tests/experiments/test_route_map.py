@@ -14,7 +14,7 @@ from rigidpend.machine import files
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import choice
-from rigidpend.routes.cells import cells_of_starts
+from rigidpend.routes.cells import Cells, cells_of_starts
 from tests.experiments.trees import asked, computed, differences
 
 SMALL = (
@@ -50,6 +50,7 @@ def test_a_plane_is_computed_while_its_file_is_written_and_never_held_as_a_whole
     config = content("problem.rows={axis: mu, ends: [1/1000, 2/1000], count: 3}")
     plane: Any = route_map.compute(config, means)
     assert {name for name, x in plane.items() if isinstance(x, np.ndarray)} == {"x", "y"}
+    assert (plane["codes"].block, plane["certain"].block) == ((3, 1, 5), (1, 5))
     next(plane.blocks)
     assert not done.called
     assert {*next(plane.blocks)} == {"codes", "certain", "by_map"}
@@ -184,6 +185,16 @@ def test_tiles_share_what_they_can_and_have_every_cell_once(
         times[place] += 1
     assert (times == 1).all()
     assert len({number for number, _ in found}) == tiles
+
+
+def test_cells_are_in_their_places_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    each = np.arange(20, dtype=np.uint8)
+    cells = Cells(np.array([each, each + 20, each + 40]), each, each % 3 == 0)
+    monkeypatch.setattr(route_map, "cells_of", Mock(return_value=cells))
+    found = computed(content())
+    for name in ("codes", "certain", "by_map"):
+        want = getattr(cells, name)
+        np.testing.assert_array_equal(found[name], want.reshape(*want.shape[:-1], 4, 5))
 
 
 def test_tiles_are_kept_and_none_is_computed_twice(

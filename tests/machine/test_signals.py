@@ -118,6 +118,28 @@ def test_a_command_asked_to_end_says_so_and_prints_its_document(tmp_path: Path) 
     assert json.loads(done.stdout) == {"error": SAID[signal.SIGTERM], "exit_code": 143}
 
 
+LATER = """
+import os, time
+from rigidpend.machine import signals
+for _ in range(2):
+    signals.conclude(2, print, patience=0.1)
+signals.watch()
+os.kill(os.getpid(), 15)
+while not signals.came():
+    time.sleep(0.01)
+time.sleep(0.3)
+for _ in range(2):
+    signals.conclude(15, print, patience=0.1)
+"""
+
+
+def test_work_has_time_to_end_by_itself_and_a_signal_is_told_once(tmp_path: Path) -> None:
+    """What ends a command without one, as an exception does, is told whenever it does."""
+    done = python(tmp_path, "-c", LATER, env=UNTRACED)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == [SAID[signal.SIGINT]] * 2 + [SAID[signal.SIGTERM]]
+
+
 def test_a_program_that_calls_the_package_keeps_its_own_handlers(tmp_path: Path) -> None:
     before = [signal.getsignal(number) for number in BOTH]
     written(tmp_path, SMALL, "small.yaml")
@@ -137,6 +159,8 @@ if __name__ == '__main__':
     with kept_from_children():
         child = multiprocessing.get_context('spawn').Process(target=os.getpid)
         child.start()
+        with kept_from_children():
+            pass
         assert both <= signal.pthread_sigmask(signal.SIG_BLOCK, [])
     assert not both & signal.pthread_sigmask(signal.SIG_BLOCK, [])
     child.join()

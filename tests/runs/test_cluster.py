@@ -10,12 +10,14 @@ import re
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -218,6 +220,88 @@ def test_a_scheduler_that_does_not_answer_is_named(
                 run("nobody", tell_nobody, f"tcp://127.0.0.1:{port}")
 
 
+class Held:
+    """A client of a scheduler that keeps what it is given, and gives one thing back at a time."""
+
+    def __init__(self, threads: list[int]) -> None:
+        self.threads, self.kept, self.most = threads, list[Any](), 0
+
+    def __call__(self, *_: Any, **__: Any) -> "Held":
+        return self
+
+    def __enter__(self) -> "Held":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """It goes."""
+
+    def nthreads(self) -> dict[str, int]:
+        return {"far": self.threads.pop(0) if self.threads else 2}
+
+    def as_current(self) -> Any:
+        return contextlib.nullcontext()
+
+    def submit(self, work: Any, call: bytes, *, pure: bool) -> Any:
+        assert work is pickle.loads
+        assert not pure, "an equal call from before is computed again"
+        done = Mock(result=Mock(return_value=({"x": len(call)}, "far")))
+        self.kept.append(done)
+        self.most = max(self.most, len(self.kept))
+        return done
+
+    def wait(self, futures: list[Any], _: float, until: str) -> Any:
+        assert futures == self.kept
+        assert until == "FIRST_COMPLETED"
+        if self.threads:
+            raise TimeoutError
+        return SimpleNamespace(done={self.kept.pop(0)})
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> Held:
+    """A client without workers at first, with one of two threads, without it, and with it again."""
+    distributed = pytest.importorskip("distributed", reason="`cluster` is not installed")
+    found = Held([0, 0, 0, 2, 0, 0, 2])
+    monkeypatch.setattr(distributed, "Client", found)
+    monkeypatch.setattr(distributed, "wait", found.wait)
+    return found
+
+
+PIECES = [Piece(name, dict, ()) for name in "abcdefghij"]
+GATHERED = "tcp://head:8786", "route_map", "taylor", PIECES
+
+
+@pytest.mark.parametrize(("least", "each", "most"), [(4, 1, 4), (1, 3, 6)])
+def test_some_parts_are_sent_ahead_and_each_comes_back_once(
+    held: Held, monkeypatch: pytest.MonkeyPatch, least: int, each: int, most: int
+) -> None:
+    """Each time that there are no workers this is said once."""
+    monkeypatch.setattr(cluster, "LEAST_AHEAD", least)
+    monkeypatch.setattr(cluster, "AHEAD", each)
+    lines: list[str] = []
+    found = [name for _, name, _ in cluster.gathered(*GATHERED, lines.append)]
+    assert (found, held.most) == (list("abcdefghij"), most)
+    assert sum("no workers yet" in line for line in lines) == 2
+    parts = [line for line in lines if isinstance(line, PartDone)]
+    assert parts == [f"cluster: {k} of 10 parts" for k in range(1, 11)]
+
+
+@pytest.mark.parametrize("answers", [True, False])
+def test_after_a_signal_neither_a_part_nor_the_scheduler_is_waited_for(
+    held: Held, monkeypatch: pytest.MonkeyPatch, answers: bool
+) -> None:
+    over = threading.Event()
+    if not answers:
+        monkeypatch.setattr("distributed.Client", lambda *_, **__: over.wait())
+    monkeypatch.setattr(cluster, "check_stop", Mock(side_effect=KeyboardInterrupt))
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            next(cluster.gathered(*GATHERED, tell_nobody))
+        assert not held.kept
+    finally:
+        over.set()
+
+
 def killed_worker() -> Exception:
     import distributed
 
@@ -225,11 +309,18 @@ def killed_worker() -> Exception:
     return distributed.KilledWorker("part", lost, 3)
 
 
+def cancelled() -> Exception:
+    import distributed
+
+    return distributed.CancelledError("part")
+
+
 @pytest.mark.parametrize(
     ("error", "said"),
     [
         (lambda: OSError("Timed out"), "went away; finished parts are kept"),
         (ConnectionResetError, "went away; finished parts are kept"),
+        (cancelled, "went away; finished parts are kept"),
         (killed_worker, r"worker tcp://far:1 died .* lack of memory: give it more"),
     ],
 )
@@ -302,5 +393,6 @@ def test_a_worker_needs_the_code_of_the_experiment_and_that_which_proves(
 ) -> None:
     before = cluster.facts_of("route_map", "taylor")
     assert cluster.facts_of("exponents", "taylor")["code"] != before["code"]
+    assert cluster.facts_of("route_map", "scipy")["engine"] != before["engine"]
     monkeypatch.setattr(cluster, "code_hash_of", lambda *files: f"another {len(files)}")
     assert cluster.facts_of("route_map", "taylor")["code"] != before["code"]

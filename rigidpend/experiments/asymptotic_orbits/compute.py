@@ -31,17 +31,17 @@ from rigidpend.routes.symbolic.levels import ChainLevel, displacement
 from rigidpend.routes.symbolic.sharp import Launch, integration_bits, sharp
 from rigidpend.surfaces.melnikov import amplitude
 
-SECONDS, ROTATION = 0.1, {PAIRS: 1.6e-4, 2 * PAIRS: 1e-3}
+SECONDS, ROTATION = 0.05, {PAIRS: 2.2e-4, 2 * PAIRS: 1.4e-3}
 """Seconds of each length of codes, and of a rotation of an orbit, by the bits of its integration.
 
-Measured on one core with eleven bodies, where a rotation took 0.1 to 0.3 ms, or 0.7 to 1.2 ms."""
+Measured on one core with twelve bodies; those of a rotation are also for finding the orbit."""
 ENDS = 5.0
 """Rotations of an orbit before its first crossing and behind its last one, together, over nu."""
-FEWEST, CHOICES = 0.93, (0.5, 1.5)
-"""Half rotations of short passages over those of typical ones, and growth of the number of orbits.
+CHOICES, SPARE = 1.4, 0.4
+"""Growth of the number of orbits with each symbol, over one more than the half rotations to spare.
 
-With each symbol it grows by the first factor and, for each half rotation that passages may take
-beyond short ones, the second more: within a factor of 2.2 with the same bodies."""
+These are what passages may take beyond typical ones, at least the second number. With the same
+bodies the estimate is then within a factor of 2.6."""
 SAMPLES = 64
 """Samples of a drawn orbit per rotation of the pendulum."""
 FADED = 1e-3
@@ -81,8 +81,8 @@ def cost(config: Config) -> float:
         return SECONDS
     # Longer passages than are asked for are not followed.
     turns = min(2 * passage_rotations(problem.routes), problem.half_turns)
-    spare = max(problem.half_turns - FEWEST * turns, 0.5)
-    growth, lengths = CHOICES[0] + CHOICES[1] * spare, range(problem.symbols + 1)
+    growth = CHOICES * (1 + max(problem.half_turns - turns, SPARE))
+    lengths = range(problem.symbols + 1)
     followed = sum(2 * growth**n * (ENDS * problem.body.nu + n * turns / 2) for n in lengths)
     return SECONDS * len(lengths) + ROTATION[bits] * followed
 

@@ -100,11 +100,12 @@ def _plane(
     ]
 
     def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
-        stay = 0
+        count = stay = 0
         for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
             yield {key: ((..., rows, columns), values) for key, values in tile.items()}
             stay += int((tile["codes"] == NO_SYMBOL).any(axis=0).sum())
-            over(rows.stop * x.size if columns.stop == x.size else columns.stop * y.size, stay)
+            count += tile["certain"].size
+            over(count, stay)
 
     first_rows, first_columns = tiles[0][1]
     block = (first_rows.stop, first_columns.stop)

@@ -12,6 +12,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,7 +22,16 @@ from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact
-from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, check_change, narrowed
+from rigidpend.orbits.integrate.reference_orbit import reference_bits
+from rigidpend.routes.costs import share_open
+from rigidpend.routes.neighbourhood import (
+    FIXED,
+    Bracket,
+    Neighbourhood,
+    NoChange,
+    check_change,
+    narrowed,
+)
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
 
@@ -32,6 +42,11 @@ BEGIN, AT_LEAST, COLUMNS = 0.3, 1.2e-3, 25
 
 A symbol takes those seconds for each rotation of a passage, and once more.
 Measured on one core with five bodies, of 1.4 to 7.5 rotations a passage."""
+DEEP, ALONE = 7e-4, 1.8e-5
+"""Seconds of the search and of the reference orbits, and of a symbol of an orbit in many bits.
+
+They too are taken for each rotation, and once more, and grow with the square of a step's digits:
+measured at 30 to 120 digits, with four bodies."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -66,8 +81,17 @@ def cost(config: Config) -> float:
     # Without weight no symbol changes, and rotations are infinite.
     if (rotations := passage_rotations(problem.routes)) == math.inf:
         return BEGIN
-    symbols = problem.levels * (problem.n_symbols + 1)
-    return BEGIN + AT_LEAST * symbols * (1 + rotations) * (1 + problem.count / COLUMNS)
+    symbols, steps = problem.levels * (problem.n_symbols + 1), [*map(float, _steps(problem))]
+    # The share of a level's orbits that is integrated alone, in a precision that falls.
+    alone = sum(
+        share_open(problem.routes, before) * math.log10(step) ** 2
+        for step in steps
+        for before, bits in pairwise(config.numerics.precisions)
+        if reference_bits(step, bits) > FIXED
+    )
+    columns = AT_LEAST * symbols * (1 + problem.count / COLUMNS)
+    columns += ALONE * problem.n_symbols * (problem.count + 2) * alone
+    return BEGIN + (1 + rotations) * (columns + DEEP * math.log10(steps[-1]) ** 2)
 
 
 def _names(problem: Problem) -> list[str]:

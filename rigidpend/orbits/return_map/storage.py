@@ -250,8 +250,5 @@ def from_doubles(parts: Any, a: Precision) -> Any:
     """The numbers of a precision that :func:`as_doubles` has made parts of."""
     if a.in_pairs:
         return PairArray(parts)
-    # From the smallest part on, each partial sum is a number of the precision, without a rounding.
-    total = a.array(parts[-1])
-    for part in parts[-2::-1]:
-        total = a.array(part) + total
-    return np.asarray(total)
+    # Each partial sum is a number of the precision, without a rounding.
+    return np.asarray(sum(map(a.array, parts)))

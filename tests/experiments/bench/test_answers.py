@@ -51,9 +51,14 @@ def errors_of(name: str, other: Any, threads: int) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def apart() -> Iterator[Executor]:
-    """A process of its own: the memory of many compilers would slow the forks of this one."""
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
-        yield process
+    """A process of its own: the memory of many compilers would slow the forks of this one.
+
+    What is compiled for three orbits need not be fast.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NUMBA_OPT", "0")
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
+            yield process
 
 
 @pytest.mark.slow
