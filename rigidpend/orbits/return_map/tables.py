@@ -116,7 +116,8 @@ def fitted(
     newton[:, 0] = a.number(1)
     for k in range(1, energies.n):
         newton[:, k] = newton[:, k - 1] * (at - at[k - 1])
-    h, found = energies.nodes(a)[order], None
+    h = energies.nodes(a)[order]
+    found: Any = None
     for level, (few_x, few) in enumerate(table_sizes(n_x, n_phase, energies.n, power)):
         x, form = np.tile(width * nodes(few_x, a), few), TorusForm(nf, h[level : level + 1], a)
         own = values(x, phases(few, a), form).reshape(-1, few, few_x).transpose(2, 1, 0)
