@@ -13,9 +13,14 @@ from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
-from rigidpend.orbits.return_map.charts import branch
+from rigidpend.orbits.return_map.charts import arcs, free_growth
+from rigidpend.orbits.return_map.conjugacy import TorusForm
+from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.normal_form import normal_form
+from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from scripts import stated_maps
@@ -330,10 +335,26 @@ def test_energies_at_which_a_map_is_checked_fill_its_interval(
         assert (low, high) == (1.5, 2.5)
 
 
+@pytest.mark.parametrize("rising", [False, True])
+@pytest.mark.parametrize(("bits", "off"), [(53, 1e-13), (96, 1e-28), (113, 1e-32)])
+def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float) -> None:
+    a = precision(bits)
+    h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
+    nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a)
+    d, chi = a.array([-0.001, 0, 0.001] * 2), a.array([0.5, 3])
+    begin, time, turned, at = arcs(rising, d, chi, TorusForm(nf, h, a), c, a.number(6.0))
+    end = states_at(c.aligned, begin, time[None], bits)[:, 0]
+    late = rotation_phase(end, c, a) - np.repeat(chi, 3) - turned
+    assert a.largest(a.sin(late / 2)) < off
+    # u and v there belong to each point's own end.
+    alone = TorusForm(nf, h, a).inverted(np.repeat(chi, 3) + turned, end[0], end[1])
+    assert a.largest(np.stack([at.u - alone.u, at.v - alone.v])) < off
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_an_arc_that_is_longer_by_a_turn_ends_a_turn_later(side: int) -> None:
     a = precision(53)
     h, c = 1.3342, coefficients(FIG4.angles(113), "1", a)
     turn = 2 * math.pi / math.sqrt(2 * h * float(c.aligned.kappa))
-    first, second = (branch(0.3, side, x, h, c, a) for x in (5.0, 5.0 + turn))
+    first, second = (free_growth(side, x, h, c, a) for x in (5.0, 5.0 + turn))
     assert second - first == pytest.approx(2 * math.pi * side)
