@@ -21,9 +21,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers import Scalar
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map.conjugacy import SLOPES, NormalPoint, TorusForm, TorusRates
+from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import gauss
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, section_state
@@ -42,6 +43,8 @@ MOST_ITERATIONS = 30
 SETTLED = 1e-12
 """Correction in doubles, relative, after which the next one would be rounding."""
 UNCOVERED = "the charts of the section do not cover the invariants' range"
+RATE = 2.0**-48
+"""Share of a small step that remains to be done when the rate that it is divided by is a double."""
 STRIP = 1.2
 """Assumed distance of the nearest complex singularity of theta3's rate from the middle of an arc.
 
@@ -60,8 +63,7 @@ def section_chart(
     """U, V, and the constants of time t' and theta3, at N points of the section: (4, N).
 
     The last row is left out where the normal form has no theta3. Upward (`rising`) crossings lie
-    beside separatrix 2, downward ones beside 3. The arcs take some time `length`, t'; chi may be
-    fewer numbers than d, as in :func:`arcs`.
+    beside separatrix 2, downward ones beside 3. The arcs take some time `length`, t'.
 
     Raises
     ------
@@ -88,26 +90,27 @@ def arcs(
 ) -> tuple[Any, Any, Any, NormalPoint]:
     """The arcs from N points of the section towards the periodic orbit, and u and v where they end.
 
-    Each chi is that of as many successive d. The arcs, forwards from upward (`rising`) crossings
-    and backwards from downward ones, end where psi - chi is that of the motion without weight
-    after the time `length`, t': so those of one chi end at one phase, for which the normal form
-    is summed once. The results are the states on the section, and t' and psi - chi since then.
+    The arcs, forwards from upward (`rising`) crossings and backwards from downward ones, end where
+    psi - chi is that of the motion without weight after the time `length`, t': so those of one chi
+    end at one phase, for which the normal form is summed once. The results are the states on the
+    section, and t' and psi - chi since then.
 
     Raises
     ------
     MapError
         The arcs do not end within the range of the normal form.
     """
-    a, each, side = form.a, len(d) // len(chi), 1 if rising else -1
-    h, phase = np.repeat(form.h, form.group_sizes(len(d))), np.repeat(chi, each)
-    begin = section_state(rising, d, phase, h, c, a)
+    a, side = form.a, 1 if rising else -1
+    h = np.repeat(form.h, form.group_sizes(len(d)))
+    begin = section_state(rising, d, chi, h, c, a)
     turned = free_growth(side, length, h, c, a)
-    psi, low, few = phase + turned, precision(53), rounded(c)
+    psi, time = chi + turned, side * a.floats(length + 0 * d)
     # Durations in doubles come first, so that one long integration in the full precision suffices.
-    time = side * a.floats(length + 0 * d)
-    _, time = _ended(a.floats(begin), time, a.floats(psi), few, low)
-    end, time = _ended(begin, a.array(time), psi, c, a)
-    return begin, time, turned, form.inverted(psi[::each], end[0], end[1])
+    given = a.floats(begin), time, a.floats(psi), rounded(c)
+    end, time = _ended(*given, precision(53))
+    if a.bits > 53:
+        end, time = _ended(begin, a.array(time), psi, c, a)
+    return begin, time, turned, form.inverted(psi, end[0], end[1])
 
 
 def _ended(begin: Any, time: Any, psi: Scalar, c: Coefficients, a: Precision) -> tuple[Any, Any]:
@@ -121,13 +124,13 @@ def _ended(begin: Any, time: Any, psi: Scalar, c: Coefficients, a: Precision) ->
         # Beside the upper orbit M3 is near +J2, whichever way the arc runs in time.
         if not (state[2] > 0).all():
             break
-        # What a correction by slopes in doubles leaves.
-        size = a.largest(step)
-        if size * max(size, SLOPES) < a.epsilon:
-            return state, total
         off = psi - rotation_phase(state, c, a)
         off = off - turn * np.round(a.floats(off / turn))
         step = off / rotation_rate(a.floats(state), a.floats(psi), rounded(c))
+        # What a step along the tangent leaves, by a rate in doubles.
+        size = a.largest(step)
+        if size * max(size, RATE) < a.epsilon:
+            return state + step * np.stack(aligned(state, c.aligned)), total + step
     raise MapError("an orbit from the section does not reach the periodic orbit")
 
 
@@ -214,7 +217,6 @@ def inverse_table(
     """
 
     def chart(I: Any, s: Any, form: TorusForm) -> Any:
-        s = np.repeat(s, len(I) // len(s))
         d, chi, value = _solved(rising, forward.at(form), form, (I, s))
         # chi grows by a turn with s; the difference is periodic in s, as a table has to be.
         return np.stack((d, chi - s, *value[2:]))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import functools
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -82,8 +81,8 @@ class TorusForm:
         Number of points of each group, if the groups are not all of one length.
     weights : (E, count) array, optional
         The Chebyshev polynomials at the energies, if they are already known.
-    series : function, optional
-        Gives :attr:`series`, if another form has them.
+    shared : E ints, optional
+        Number of successive points of each group that have a phase in common, if they do.
     """
 
     def __init__(
@@ -93,22 +92,10 @@ class TorusForm:
         a: Precision,
         counts: Any = None,
         weights: Any = None,
-        series: Callable[[], list[Any]] | None = None,
+        shared: Any = None,
     ) -> None:
-        self.nf, self.h, self.a, self.counts = nf, h, a, counts
+        self.nf, self.h, self.a, self.counts, self.shared = nf, h, a, counts, shared
         self.weights = nf.energies.basis(h, a) if weights is None else weights
-        self._known = series
-
-    @functools.cached_property
-    def series(self) -> list[Any]:
-        """The coefficients (E, n, F, terms) of the odd series at the energies, and of the even."""
-        if self._known:
-            return self._known()
-        groups, energies = self.weights.shape
-        return [
-            product(self.weights, x.reshape(energies, -1)).reshape(groups, -1, *x.shape[1:])
-            for x in self.nf.series
-        ]
 
     @functools.cached_property
     def exponent(self) -> Any:
@@ -123,7 +110,7 @@ class TorusForm:
     def part(self, groups: slice, counts: Any) -> TorusForm:
         """The same for some of the groups, with `counts` points in each of them."""
         given = self.nf, self.h[groups], self.a, counts, self.weights[groups]
-        return TorusForm(*given, lambda: [x[groups] for x in self.series])
+        return TorusForm(*given, self.shared and self.shared[groups])
 
     def in_doubles(self, *, series: bool) -> TorusForm:
         """The same with its rates in doubles, and with its series in doubles too if `series`."""
@@ -131,7 +118,7 @@ class TorusForm:
         if series and self.a.bits > 53:
             nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
         given = nf, floats(self.h), precision(53), self.counts, floats(self.weights)
-        found = TorusForm(*given, lambda: [floats(x) for x in self.series])
+        found = TorusForm(*given, self.shared)
         # These take the place of the cached properties: rounded last, so sharper than from rounded
         # weights.
         found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
@@ -159,8 +146,6 @@ class TorusForm:
     def inverted(self, psi: Scalar, Qp: Scalar, Qm: Scalar) -> NormalPoint:
         """The coordinates u and v of points (Qp, Qm) at phases psi, by Newton's method.
 
-        Phases may be fewer than the points: each is then that of as many successive points.
-
         Newton's method runs in doubles up to the last correction. In this one only the terms of
         low degree are summed in the full precision: all others are so small that doubles have
         digits enough for them.
@@ -173,11 +158,10 @@ class TorusForm:
         # Odd and even terms up to the degree.
         rough, terms = self.in_doubles(series=True), math.comb(self.nf.degree + 2, 2)
         counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
-        each, found = len(Qp) // len(psi), []
-        for groups, at, here in in_blocks(counts, terms * each):
-            forms = self.part(groups, here), rough.part(groups, here)
-            points = slice(at.start * each, at.stop * each)
-            found.append(_inverted(*forms, psi[at], (Qp[points], Qm[points])))
+        found = [
+            _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))
+            for groups, at, here in in_blocks(counts, terms, self.shared)
+        ]
         return NormalPoint(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
 
@@ -241,10 +225,7 @@ def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
 
 
 class TorusSeries:
-    """The series at given phases: polynomials in u and v, with coefficients for each phase.
-
-    Points may be more than phases: each phase is then that of as many successive points.
-    """
+    """The series at given phases: polynomials in u and v, with coefficients for each phase."""
 
     def __init__(self, form: TorusForm, psi: Scalar, most_degree: int | None = None) -> None:
         nf, counts = form.nf, form.counts
@@ -253,19 +234,28 @@ class TorusSeries:
         """Coefficients (phases, F, terms) and exponents (terms, 2).
 
         Of the F functions Qp, Qm and sigma if it is known, then of tau."""
-        basis = fourier_basis(psi, nf.n, form.a)
-        if 1 < len(form.weights) == len(psi):
-            # Each point has an energy of its own: one product of matrices sums over energy and
+        self.runs = [(len(psi), 1)]
+        """Numbers of successive phases, and of the points that share each of these."""
+        if form.shared:
+            sizes = zip(form.group_sizes(len(psi)), form.shared, strict=True)
+            self.runs = [(count // each, each) for count, each in sizes]
+            counts = [count for count, _ in self.runs]
+            own = np.repeat(form.shared, counts)
+            psi = psi[np.cumsum(own) - own]
+        basis, groups, energies = fourier_basis(psi, nf.n, form.a), *form.weights.shape
+        alone = 1 < groups == len(psi)
+        if alone:
+            # Each phase has an energy of its own: one product of matrices sums over energy and
             # phase together. Otherwise the sum over energies is done once for each group.
             basis = (form.weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-            series, counts = [x[None] for x in nf.series], None
-        else:
-            series = form.series
-        for values, parity in zip(series, (1, 0), strict=True):
+            groups, counts = 1, None
+        for values, parity in zip(nf.series, (1, 0), strict=True):
             exponents = powers(self.degree, parity)
-            part = values[..., : len(exponents)].reshape(len(values), basis.shape[1], -1)
-            part = grouped(basis, part, counts).reshape(len(psi), -1, len(exponents))
-            self.series.append((part, exponents))
+            part = values[..., : len(exponents)]
+            if not alone:
+                part = product(form.weights, part.reshape(energies, -1))
+            part = grouped(basis, part.reshape(groups, basis.shape[1], -1), counts)
+            self.series.append((part.reshape(len(psi), -1, len(exponents)), exponents))
 
     def part(self, least_degree: int, most_degree: int | None = None) -> TorusSeries:
         """The terms of degrees `least_degree` to `most_degree`, or from `least_degree` on."""
@@ -298,7 +288,7 @@ class TorusSeries:
         found = []
         for c, exponents in self.series:
             j, k = exponents.T
-            found.append(_summed(c, of_u[j] * of_v[k]))
+            found.append(self._summed(c, of_u[j] * of_v[k]))
         return np.concatenate(found)
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
@@ -315,12 +305,17 @@ class TorusSeries:
             by_u, by_v = j[:, None] * of_u[j - 1], k[:, None] * of_v[k - 1]
             at_u, at_v = of_u[j], of_v[k]
             terms = at_u * at_v, by_u * at_v, at_u * by_v
-            found.append([_summed(c, x) for x in terms])
+            found.append([self._summed(c, x) for x in terms])
         value, along_u, along_v = (np.concatenate(x) for x in zip(*found, strict=True))
         return value, along_u, along_v
 
-
-def _summed(c: Any, terms: Any) -> Any:
-    """The sums (F, N) of terms (terms, N) with coefficients c (phases, F, terms)."""
-    by_phase = terms.reshape(*terms.shape[:1], len(c), terms.shape[1] // len(c)).transpose(1, 0, 2)
-    return np.matmul(c, by_phase).transpose(1, 0, 2).reshape(c.shape[1], -1)
+    def _summed(self, c: Any, terms: Any) -> Any:
+        """The sums (F, N) of terms (terms, N) with coefficients c (phases, F, terms)."""
+        found, phase, point = [], 0, 0
+        for count, each in self.runs:
+            end, last = phase + count, point + count * each
+            mine = terms[:, point:last].reshape(len(terms), count, each).transpose(1, 0, 2)
+            total = np.matmul(c[phase:end], mine).transpose(1, 0, 2)
+            found.append(total.reshape(c.shape[1], last - point))
+            phase, point = end, last
+        return np.concatenate(found, axis=1)
