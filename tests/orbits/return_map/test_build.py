@@ -339,15 +339,19 @@ def test_energies_at_which_a_map_is_checked_fill_its_interval(
 @pytest.mark.parametrize(("bits", "off"), [(53, 1e-13), (96, 1e-28), (113, 1e-32)])
 def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float) -> None:
     a = precision(bits)
-    h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
-    nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a)
-    d, chi = a.array([-0.001, 0, 0.001] * 2), a.array([0.5, 3])
-    begin, time, turned, at = arcs(rising, d, chi, TorusForm(nf, h, a), c, a.number(6.0))
+    h, c = a.array([1.3342, 1.3337]), coefficients(FIG4.angles(160), "1", a)
+    nf = normal_form(c, Interval(h[0], a.number(0.001), 3), 9, 9, 0.1, a)
+    # Three points of each chi at one energy, and two at the other.
+    d = a.array([-0.001, 0, 0.001, -0.001, 0, 0.001, -0.0005, 0.0005])
+    chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
+    form = TorusForm(nf, h, a, counts, shared=[3, 2])
+    begin, time, turned, at = arcs(rising, d, chi, form, c, a.number(6.0))
     end = states_at(c.aligned, begin, time[None], bits)[:, 0]
-    late = rotation_phase(end, c, a) - np.repeat(chi, 3) - turned
+    late = rotation_phase(end, c, a) - chi - turned
     assert a.largest(a.sin(late / 2)) < off
+    assert a.largest(turned[:6] - turned[0]) == a.largest(turned[6:] - turned[6]) == 0
     # u and v there belong to each point's own end.
-    alone = TorusForm(nf, h, a).inverted(np.repeat(chi, 3) + turned, end[0], end[1])
+    alone = TorusForm(nf, h, a, counts).inverted(chi + turned, end[0], end[1])
     assert a.largest(np.stack([at.u - alone.u, at.v - alone.v])) < off
 
 

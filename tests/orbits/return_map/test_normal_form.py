@@ -91,7 +91,7 @@ def test_order_points_are_put_into_the_normal_form_to_rounding(
     assert a.largest(off / np.abs(beside).max(axis=0)) < 2e-15 * 2.0 ** (53 - bits)
     # Blocks have room for all terms of their points.
     terms = sum(len(powers(degree, parity)) for parity in (0, 1))
-    blocks.assert_called_once_with((points,), terms)
+    blocks.assert_called_once_with((points,), terms, None)
 
 
 @pytest.mark.parametrize(("bits", "degree"), [(70, 21), (96, 29)])
