@@ -82,7 +82,8 @@ class TorusForm:
     weights : (E, count) array, optional
         The Chebyshev polynomials at the energies, if they are already known.
     shared : E ints, optional
-        Number of successive points of each group that have a phase in common, if they do.
+        Number of successive points of each group that have a phase in common, if they do; then
+        `counts` are given too.
     """
 
     def __init__(
@@ -242,7 +243,7 @@ class TorusSeries:
             counts = [count for count, _ in self.runs]
             own = np.repeat(form.shared, counts)
             psi = psi[np.cumsum(own) - own]
-        basis, groups, energies = fourier_basis(psi, nf.n, form.a), *form.weights.shape
+        basis, (groups, energies) = fourier_basis(psi, nf.n, form.a), form.weights.shape
         alone = 1 < groups == len(psi)
         if alone:
             # Each phase has an energy of its own: one product of matrices sums over energy and

@@ -177,8 +177,9 @@ def in_blocks(
     points in each of these groups; a group may be divided between blocks.
     """
     edges, most = np.append(0, np.cumsum(counts)), max(1, min(AT_ONCE, ROOM // terms))
-    sizes = np.ones_like(counts) if shared is None else np.asarray(shared)
-    cuts, own = np.append(0, np.cumsum(np.repeat(sizes, counts // sizes))), 0
+    together = [1] * len(counts) if shared is None else shared
+    pieces = np.floor_divide(counts, together)
+    cuts, own = np.append(0, np.cumsum(np.repeat(together, pieces))), 0
     while own < len(cuts) - 1:
         begin = cuts[own]
         own = max(own + 1, np.searchsorted(cuts, begin + most, side="right") - 1)

@@ -122,7 +122,7 @@ def fitted(
     x = np.concatenate([np.tile(width * nodes(few_x, a), few) for few_x, few in sizes])
     phase = np.concatenate([np.repeat(phases(few, a), few_x) for few_x, few in sizes])
     counts, shared = [few_x * few for few_x, few in sizes], [few_x for few_x, _ in sizes]
-    form = TorusForm(nf, energies.nodes(a)[order], a, shared=shared)
+    form = TorusForm(nf, energies.nodes(a)[order], a, counts, shared=shared)
     blocks = in_blocks(counts, shared=shared)
     made = [values(x[at], phase[at], form.part(levels, here)) for levels, at, here in blocks]
     value = np.concatenate(made, axis=1).T
