@@ -71,29 +71,39 @@ def section_chart(
         The arcs do not end within the range of the normal form.
     """
     nf, a = form.nf, form.a
-    begin, time, turned, at = arcs(rising, d, chi, form, c, length)
+    shares = parts = a.zeros((0,))
+    # theta3 is a quadrature along the arc, by Gauss's rule: its points come before the arc's end.
+    if nf.theta3:
+        few = quadrature_points(float(length), c, float(nf.energies.centre), a.bits)
+        shares, parts = gauss(few, a)
+    path, time, late, turned, at = arcs(rising, d, chi, form, c, length, shares)
     rates = form.rates(at.u * at.v)
     # U = u exp(-Lambda turned), V = v exp(Lambda turned), t less what passes beside the orbit.
     stretch = a.exp(rates.exponent * turned)
-    found = [at.u / stretch, at.v * stretch, time - at.tau - rates.rotation * turned]
+    found = [at.u / stretch, at.v * stretch, time + late - at.tau - rates.rotation * turned]
     if nf.theta3:
-        # A quadrature along the arc, by Gauss's rule.
-        few = quadrature_points(float(length), c, float(nf.energies.centre), a.bits)
-        shares, parts = gauss(few, a)
-        path = states_at(c.aligned, begin, shares[:, None] * time, a.bits)
-        found.append(time * (parts[:, None] * theta3_rate(path[:3], c)).sum(axis=0) - at.sigma)
+        rate = theta3_rate(path[:3], c)
+        inner = time * (parts[:, None] * rate[:-1]).sum(axis=0)
+        found.append(inner + late * rate[-1] - at.sigma)
     return np.stack(found)
 
 
 def arcs(
-    rising: bool, d: Scalar, chi: Scalar, form: TorusForm, c: Coefficients, length: Scalar
-) -> tuple[Any, Any, Any, NormalPoint]:
+    rising: bool,
+    d: Scalar,
+    chi: Scalar,
+    form: TorusForm,
+    c: Coefficients,
+    length: Scalar,
+    shares: Scalar,
+) -> tuple[Any, Any, Any, Any, NormalPoint]:
     """The arcs from N points of the section towards the periodic orbit, and u and v where they end.
 
     The arcs, forwards from upward (`rising`) crossings and backwards from downward ones, end where
     psi - chi is that of the motion without weight after the time `length`, t': so those of one chi
-    end at one phase, for which the normal form is summed once. The results are the states on the
-    section, and t' and psi - chi since then.
+    end at one phase, for which the normal form is summed once. The results are the states at
+    `shares` of a time t' that nearly leads there, and at this time; this time; what is missing of
+    the arc, some roundings of a double; and psi - chi.
 
     Raises
     ------
@@ -106,31 +116,35 @@ def arcs(
     turned = free_growth(side, length, h, c, a)
     psi, time = chi + turned, side * a.floats(length + 0 * d)
     # Durations in doubles come first, so that one long integration in the full precision suffices.
-    given = a.floats(begin), time, a.floats(psi), rounded(c)
-    end, time = _ended(*given, precision(53))
-    if a.bits > 53:
-        end, time = _ended(begin, a.array(time), psi, c, a)
-    return begin, time, turned, form.inverted(psi, end[0], end[1])
+    low, few = precision(53), rounded(c)
+    path = states_at(few.aligned, a.floats(begin), time[None])
+    _, late = _ended(path[:, -1], a.floats(psi), few, low)
+    time = a.array(time + late)
+    grid = np.append(shares, a.array([1.0]))[:, None] * time
+    path = states_at(c.aligned, begin, grid, a.bits)
+    end, late = _ended(path[:, -1], psi, c, a)
+    return path, time, late, turned, form.inverted(psi, end[0], end[1])
 
 
-def _ended(begin: Any, time: Any, psi: Scalar, c: Coefficients, a: Precision) -> tuple[Any, Any]:
-    """The states where orbits reach phases psi, and t' since they began, from estimates of t'.
+def _ended(state: Any, psi: Scalar, c: Coefficients, a: Precision) -> tuple[Any, Any]:
+    """The states where orbits, (6, N), next reach phases psi, and t' until then, of either sign.
 
     MapError is raised for orbits that are not beside the upper periodic orbit then.
     """
-    state, step, total, turn = begin, time, 0 * time, 2 * a.pi
+    total, turn = 0 * psi, 2 * a.pi
     for _ in range(MOST_ITERATIONS):
-        state, total = states_at(c.aligned, state, step[None], a.bits)[:, 0], total + step
         # Beside the upper orbit M3 is near +J2, whichever way the arc runs in time.
         if not (state[2] > 0).all():
             break
         off = psi - rotation_phase(state, c, a)
         off = off - turn * np.round(a.floats(off / turn))
         step = off / rotation_rate(a.floats(state), a.floats(psi), rounded(c))
+        total = total + step
         # What a step along the tangent leaves, by a rate in doubles.
         size = a.largest(step)
         if size * max(size, RATE) < a.epsilon:
-            return state + step * np.stack(aligned(state, c.aligned)), total + step
+            return state + step * np.stack(aligned(state, c.aligned)), total
+        state = states_at(c.aligned, state, step[None], a.bits)[:, 0]
     raise MapError("an orbit from the section does not reach the periodic orbit")
 
 

@@ -256,7 +256,7 @@ def _reach(body: Rough, layer: Layer, nf: NormalForm) -> float:
     for rising, width in zip((False, True), layer.widths, strict=True):
         form = TorusForm(nf, np.full(1, body.h), precision(53))
         d, chi = np.repeat([-width, width], ENDS), np.tile(phases(ENDS, form.a), 2)
-        *_, at = arcs(rising, d, chi, form, body.c, length)
+        *_, at = arcs(rising, d, chi, form, body.c, length, np.empty(0))
         found = max(found, np.abs(at.u).max() * np.abs(at.v).max())
     return math.sqrt(found)
 

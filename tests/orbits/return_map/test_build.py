@@ -345,10 +345,10 @@ def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float)
     d = a.array([-0.001, 0, 0.001, -0.001, 0, 0.001, -0.0005, 0.0005])
     chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
     form = TorusForm(nf, h, a, counts, shared=[3, 2])
-    begin, time, turned, at = arcs(rising, d, chi, form, c, a.number(6.0))
-    end = states_at(c.aligned, begin, time[None], bits)[:, 0]
-    late = rotation_phase(end, c, a) - chi - turned
-    assert a.largest(a.sin(late / 2)) < off
+    path, time, late, turned, at = arcs(rising, d, chi, form, c, a.number(6.0), a.array([0.5]))
+    end = states_at(c.aligned, path[:, 0], (time / 2 + late)[None], bits)[:, 0]
+    missing = rotation_phase(end, c, a) - chi - turned
+    assert a.largest(a.sin(missing / 2)) < off
     assert a.largest(turned[:6] - turned[0]) == a.largest(turned[6:] - turned[6]) == 0
     # u and v there belong to each point's own end.
     alone = TorusForm(nf, h, a, counts).inverted(chi + turned, end[0], end[1])
