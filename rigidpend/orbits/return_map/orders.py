@@ -87,8 +87,8 @@ class Orders(NamedTuple):
 def building_seconds(body: Rough, o: Orders, bits: int, *, theta3: bool) -> float:
     """Expected seconds of a core to make tables of given orders in pairs of doubles.
 
-    For 15 bodies drawn by lot, whose tables took 0.16 to 2.6 s, it is 0.9 to 1.12 times the
-    time taken.
+    For 15 maps of Fig. 4's body and six drawn by lot, whose tables took 0.17 to 5.2 s, it is 0.8 to
+    1.1 times the time taken.
     """
     # Arcs with the normal form solved at their ends, points of inverse charts, and products of
     # series, in microseconds as measured; charts are made for two sections.
