@@ -16,7 +16,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
-from rigidpend.orbits.return_map.charts import arcs, free_growth
+from rigidpend.orbits.return_map.charts import arcs, free_growth, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import normal_form
@@ -353,6 +353,17 @@ def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float)
     # u and v there belong to each point's own end.
     alone = TorusForm(nf, h, a, counts).inverted(chi + turned, end[0], end[1])
     assert a.largest(np.stack([at.u - alone.u, at.v - alone.v])) < off
+
+
+@pytest.mark.parametrize("rising", [False, True])
+def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(rising: bool) -> None:
+    """A slightly longer arc is estimated with other roundings; theta3 has none of them."""
+    a = precision(96)
+    h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
+    nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
+    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a), c
+    one, other = (section_chart(*given, a.number(x)) for x in (6.0, 6.0 + 1e-13))
+    assert a.largest(one - other) < 1e-25
 
 
 @pytest.mark.parametrize("side", [1, -1])
