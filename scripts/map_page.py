@@ -103,7 +103,7 @@ def normal_form_decay(made: ReturnMap) -> tuple[Any, Any]:
     """Degrees of the normal form, and the largest term at its border in each, relative."""
     nf = made.normal_form
     degrees = powers(nf.degree, 1).sum(axis=1)
-    sizes = np.abs(nf.odd[..., :2].astype(float)).max(axis=(0, 2)) * nf.radius**degrees
+    sizes = np.abs(nf.odd[:, :2].astype(float)).max(axis=(0, 1)) * nf.radius**degrees
     return _largest(degrees, sizes)
 
 

@@ -233,14 +233,6 @@ def matmul(a: Any, b: Any) -> PairArray:
     return PairArray(out[..., :width])
 
 
-def in_lanes(x: Any) -> Any:
-    """An array of pairs with columns of ones behind its own: it fills vectors of lanes.
-
-    As the right factor of a product of matrices it is not copied then. Of other numbers as it is.
-    """
-    return PairArray(_widened(x.parts, max(LANES, x.shape[-1]))) if type(x) is PairArray else x
-
-
 def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     """The sum of products of polynomials, a[0] b[0] + a[1] b[1] + ..., all of the same degree.
 

@@ -67,7 +67,7 @@ class Design(NamedTuple):
     phase_shift: float = 0.0
     """Shift of phases before they are rounded, radians."""
     theta3: bool = True
-    """True if the map gives the growth of theta3, which takes a third of the time to build."""
+    """True if the map gives the growth of theta3, which takes a fifth of the time to build."""
 
 
 class Costly(MapError):

@@ -2,7 +2,7 @@
 
 Short arcs are integrated from nodes on the section towards the upper periodic orbit: forward in
 time from upward crossings, backward from downward ones. At their ends the normal form is solved for
-u and v. Then
+u and v; those from one chi end at one phase, so that its series are summed for all of them. Then
 
     U = u exp(-Lambda(I) (psi - chi)),    V = v exp(Lambda(I) (psi - chi)),
     t - tau - (dt/dpsi) (psi - chi),      theta3 - sigma
@@ -21,14 +21,15 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers import Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import gauss
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
-from rigidpend.orbits.return_map.poincare import rotation_phase, section_state
-from rigidpend.orbits.return_map.precision import Precision, correction
-from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
+from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, section_state
+from rigidpend.orbits.return_map.precision import Precision, correction, precision
+from rigidpend.orbits.return_map.reduced import Coefficients, rounded, theta3_rate
 from rigidpend.orbits.return_map.tables import (
     FORWARD_POWER,
     INVERSE_POWER,
@@ -42,6 +43,8 @@ MOST_ITERATIONS = 30
 SETTLED = 1e-12
 """Correction in doubles, relative, after which the next one would be rounding."""
 UNCOVERED = "the charts of the section do not cover the invariants' range"
+RATE = 2.0**-48
+"""Share of a small step that remains to be done when the rate that it is divided by is a double."""
 STRIP = 1.2
 """Assumed distance of the nearest complex singularity of theta3's rate from the middle of an arc.
 
@@ -60,69 +63,98 @@ def section_chart(
     """U, V, and the constants of time t' and theta3, at N points of the section: (4, N).
 
     The last row is left out where the normal form has no theta3. Upward (`rising`) crossings lie
-    beside separatrix 2, downward ones beside 3. The arcs take the time `length`, t'.
+    beside separatrix 2, downward ones beside 3. The arcs take some time `length`, t'.
 
     Raises
     ------
     MapError
         The arcs do not end within the range of the normal form.
     """
-    nf, a, h = form.nf, form.a, np.repeat(form.h, form.group_sizes(len(d)))
-    side, shares = 1 if rising else -1, a.zeros((0,))
+    nf, a = form.nf, form.a
+    shares = parts = a.zeros((0,))
     # theta3 is a quadrature along the arc, by Gauss's rule: its points come before the arc's end.
     if nf.theta3:
         few = quadrature_points(float(length), c, float(nf.energies.centre), a.bits)
         shares, parts = gauss(few, a)
-    path, psi, at = arcs(rising, d, chi, form, c, length * np.append(shares, a.array([1.0])))
-    turned = branch(psi - chi, side, length, h, c, a)
+    path, time, late, turned, at = arcs(rising, d, chi, form, c, length, shares)
     rates = form.rates(at.u * at.v)
     # U = u exp(-Lambda turned), V = v exp(Lambda turned), t less what passes beside the orbit.
     stretch = a.exp(rates.exponent * turned)
-    time = side * length - at.tau - rates.rotation * turned
-    found = [at.u / stretch, at.v * stretch, time]
+    found = [at.u / stretch, at.v * stretch, time + late - at.tau - rates.rotation * turned]
     if nf.theta3:
-        rate = theta3_rate(path[:3, :-1], c)
-        found.append(side * length * (parts[:, None] * rate).sum(axis=0) - at.sigma)
+        rate = theta3_rate(path[:3], c)
+        inner = time * (parts[:, None] * rate[:-1]).sum(axis=0)
+        found.append(inner + late * rate[-1] - at.sigma)
     return np.stack(found)
 
 
 def arcs(
-    rising: bool, d: Scalar, chi: Scalar, form: TorusForm, c: Coefficients, times: Scalar
-) -> tuple[Any, Any, NormalPoint]:
-    """The arcs from points of the section towards the periodic orbit, and where they end.
+    rising: bool,
+    d: Scalar,
+    chi: Scalar,
+    form: TorusForm,
+    c: Coefficients,
+    length: Scalar,
+    shares: Scalar,
+) -> tuple[Any, Any, Any, Any, NormalPoint]:
+    """The arcs from N points of the section towards the periodic orbit, and u and v where they end.
 
-    They are the states at ascending `times` (t', not negative), forwards from upward (`rising`)
-    crossings and backwards from downward ones, the phase psi at the last one, and u and v there.
+    The arcs, forwards from upward (`rising`) crossings and backwards from downward ones, end where
+    psi - chi is that of the motion without weight after the time `length`, t': so those of one chi
+    end at one phase, for which the normal form is summed once. The results are the states at
+    `shares` of a time t' that nearly leads there, and at this time; this time; what is missing of
+    the arc, some roundings of a double; and psi - chi.
 
     Raises
     ------
     MapError
         The arcs do not end within the range of the normal form.
     """
-    a, h = form.a, np.repeat(form.h, form.group_sizes(len(d)))
+    a, side = form.a, 1 if rising else -1
+    h = np.repeat(form.h, form.group_sizes(len(d)))
     begin = section_state(rising, d, chi, h, c, a)
-    path = states_at(c.aligned, begin, times if rising else -times, a.bits)
-    end = path[:, -1]
-    # Beside the upper orbit M3 is near +J2, whichever way the arc runs in time.
-    if not (end[2] > 0).all():
-        raise MapError("an orbit from the section does not reach the periodic orbit")
-    psi = rotation_phase(end, c, a)
-    return path, psi, form.inverted(psi, end[0], end[1])
+    turned = free_growth(side, length, h, c, a)
+    psi, time = chi + turned, side * a.floats(length + 0 * d)
+    # Durations in doubles come first, so that one long integration in the full precision suffices.
+    low, few = precision(53), rounded(c)
+    path = states_at(few.aligned, a.floats(begin), time[None])
+    _, late = _ended(path[:, -1], a.floats(psi), few, low)
+    time = a.array(time + late)
+    grid = np.append(shares, a.array([1.0]))[:, None] * time
+    path = states_at(c.aligned, begin, grid, a.bits)
+    end, late = _ended(path[:, -1], psi, c, a)
+    return path, time, late, turned, form.inverted(psi, end[0], end[1])
 
 
-def branch(
-    turned: Scalar, side: int, length: Scalar, h: Scalar, c: Coefficients, a: Precision
-) -> Any:
-    """psi - chi at the end of arcs, radians: the value next to that of the motion without weight.
+def _ended(state: Any, psi: Scalar, c: Coefficients, a: Precision) -> tuple[Any, Any]:
+    """The states where orbits, (6, N), next reach phases psi, and t' until then, of either sign.
 
-    `turned` is psi - chi up to whole turns, `length` the duration of the arcs, t'.
+    MapError is raised for orbits that are not beside the upper periodic orbit then.
     """
+    total, turn = 0 * psi, 2 * a.pi
+    for _ in range(MOST_ITERATIONS):
+        # Beside the upper orbit M3 is near +J2, whichever way the arc runs in time.
+        if not (state[2] > 0).all():
+            break
+        off = psi - rotation_phase(state, c, a)
+        off = off - turn * np.round(a.floats(off / turn))
+        step = off / rotation_rate(a.floats(state), a.floats(psi), rounded(c))
+        total = total + step
+        # What a step along the tangent leaves, by a rate in doubles.
+        size = a.largest(step)
+        if size * max(size, RATE) < a.epsilon:
+            return state + step * np.stack(aligned(state, c.aligned)), total
+        state = states_at(c.aligned, state, step[None], a.bits)[:, 0]
+    raise MapError("an orbit from the section does not reach the periodic orbit")
+
+
+def free_growth(side: int, length: Scalar, h: Scalar, c: Coefficients, a: Precision) -> Any:
+    """psi - chi after a time `length`, t', of the motion without weight, radians."""
     # With psi and chi as theta1 and theta2 give them, psi - chi is alpha0/2 - pi on separatrix 2
     # and -alpha0/2 on 3, and grows by kappa J2 in a unit of time.
     alpha0 = 2 * a.atan2(1 / c.to_M2, 1 / c.to_M1)
     free = side * (alpha0 / 2 + c.aligned.kappa * a.sqrt(2 * h / c.aligned.kappa) * length)
-    free = free - (a.pi if side > 0 else 0)
-    return free + a.atan2(a.sin(turned - free), a.cos(turned - free))
+    return free - (a.pi if side > 0 else 0)
 
 
 def quadrature_points(length: float, c: Coefficients, h: float, bits: int) -> int:

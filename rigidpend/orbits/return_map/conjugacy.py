@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
-from rigidpend.orbits.integrate.pair_arrays import in_lanes
 from rigidpend.orbits.return_map.expansions import fourier_basis, grouped, in_blocks
 from rigidpend.orbits.return_map.normal_form import GUARD_SHARE, MapError, NormalForm, powers
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
@@ -39,23 +38,21 @@ class TorusRates(NamedTuple):
 
 
 def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
-    """The values and slopes (N,) of polynomials with coefficients c (N, K), from known powers."""
-    few = c.shape[1]
-    slopes = c[:, 1:] * np.arange(1, few)
-    value = (by_power[:, :few] * c).sum(axis=1)
-    return value, (by_power[:, : few - 1] * slopes).sum(axis=1)
+    """The values and slopes (N,) of polynomials with coefficients c (K, N), from known powers."""
+    few = len(c)
+    slopes = c[1:] * np.arange(1, few)[:, None]
+    return (by_power[:few] * c).sum(axis=0), (by_power[: few - 1] * slopes).sum(axis=0)
 
 
 def _powers(x: Any, n: int) -> Any:
-    """The powers 1, x, ..., x^(n-1): (N, n)."""
-    found = np.zeros_like(x, shape=(len(x), n))
-    found[:, 0] = 1 + 0 * x
+    """The powers 1, x, ..., x^(n-1): (n, N)."""
+    found = np.zeros_like(x, shape=(n, len(x)))
+    found[0] = 1 + 0 * x
     known = 1
     while known < n:
         # The number of known powers doubles each time: few operations on short arrays.
         more = min(known, n - known)
-        top = found[:, known - 1 : known] * x[:, None]
-        found[:, known : known + more] = top * found[:, :more]
+        found[known : known + more] = found[known - 1] * x * found[:more]
         known += more
     return found
 
@@ -84,12 +81,21 @@ class TorusForm:
         Number of points of each group, if the groups are not all of one length.
     weights : (E, count) array, optional
         The Chebyshev polynomials at the energies, if they are already known.
+    shared : E ints, optional
+        Number of successive points of each group that have a phase in common, if they do; then
+        `counts` are given too.
     """
 
     def __init__(
-        self, nf: NormalForm, h: Scalar, a: Precision, counts: Any = None, weights: Any = None
+        self,
+        nf: NormalForm,
+        h: Scalar,
+        a: Precision,
+        counts: Any = None,
+        weights: Any = None,
+        shared: Any = None,
     ) -> None:
-        self.nf, self.h, self.a, self.counts = nf, h, a, counts
+        self.nf, self.h, self.a, self.counts, self.shared = nf, h, a, counts, shared
         self.weights = nf.energies.basis(h, a) if weights is None else weights
 
     @functools.cached_property
@@ -104,14 +110,16 @@ class TorusForm:
 
     def part(self, groups: slice, counts: Any) -> TorusForm:
         """The same for some of the groups, with `counts` points in each of them."""
-        return TorusForm(self.nf, self.h[groups], self.a, counts, self.weights[groups])
+        given = self.nf, self.h[groups], self.a, counts, self.weights[groups]
+        return TorusForm(*given, self.shared and self.shared[groups])
 
     def in_doubles(self, *, series: bool) -> TorusForm:
         """The same with its rates in doubles, and with its series in doubles too if `series`."""
         floats, nf = self.a.floats, self.nf
         if series and self.a.bits > 53:
             nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
-        found = TorusForm(nf, floats(self.h), precision(53), self.counts, floats(self.weights))
+        given = nf, floats(self.h), precision(53), self.counts, floats(self.weights)
+        found = TorusForm(*given, self.shared)
         # These take the place of the cached properties: rounded last, so sharper than from rounded
         # weights.
         found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
@@ -126,7 +134,7 @@ class TorusForm:
         by_power = _powers(I, max(self.exponent.shape[1], self.rotation.shape[1]))
         each = self.group_sizes(len(I))
         found = (
-            _polynomial(np.repeat(c, each, axis=0), by_power)
+            _polynomial(np.repeat(c.T, each, axis=1), by_power)
             for c in (self.exponent, self.rotation)
         )
         return TorusRates(*next(found), *next(found))
@@ -153,7 +161,7 @@ class TorusForm:
         counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
         found = [
             _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))
-            for groups, at, here in in_blocks(counts, terms)
+            for groups, at, here in in_blocks(counts, terms, self.shared)
         ]
         return NormalPoint(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
@@ -218,41 +226,47 @@ def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
 
 
 class TorusSeries:
-    """The series at given phases: polynomials in u and v, with coefficients for each point."""
+    """The series at given phases: polynomials in u and v, with coefficients for each phase."""
 
     def __init__(self, form: TorusForm, psi: Scalar, most_degree: int | None = None) -> None:
-        nf, weights, counts = form.nf, form.weights, form.counts
+        nf, counts = form.nf, form.counts
         self.degree = nf.degree if most_degree is None else min(most_degree, nf.degree)
-        self.series: list[tuple[Any, Any, int]] = []
-        """Coefficients (N, terms, F or more), exponents (terms, 2), and F.
+        self.series: list[tuple[Any, Any]] = []
+        """Coefficients (phases, F, terms) and exponents (terms, 2).
 
-        Of Qp, Qm and sigma, then of tau; columns beyond F only fill vectors of lanes."""
-        basis = fourier_basis(psi, nf.n, form.a)
-        groups, energies = weights.shape
-        alone = groups == len(psi)
+        Of the F functions Qp, Qm and sigma if it is known, then of tau."""
+        self.runs = [(len(psi), 1)]
+        """Numbers of successive phases, and of the points that share each of these."""
+        if form.shared:
+            sizes = zip(form.group_sizes(len(psi)), form.shared, strict=True)
+            self.runs = [(count // each, each) for count, each in sizes]
+            counts = [count for count, _ in self.runs]
+            own = np.repeat(form.shared, counts)
+            psi = psi[np.cumsum(own) - own]
+        basis, (groups, energies) = fourier_basis(psi, nf.n, form.a), form.weights.shape
+        alone = 1 < groups == len(psi)
         if alone:
-            # Each point has an energy of its own: one product of matrices sums over energy and
+            # Each phase has an energy of its own: one product of matrices sums over energy and
             # phase together. Otherwise the sum over energies is done once for each group.
-            basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
+            basis = (form.weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
             groups, counts = 1, None
-        for values, parity in ((nf.odd, 1), (nf.even[..., None], 0)):
-            exponents, functions = powers(self.degree, parity), values.shape[-1]
-            part = values[:, : len(exponents)]
+        for values, parity in zip(nf.series, (1, 0), strict=True):
+            exponents = powers(self.degree, parity)
+            part = values[..., : len(exponents)]
             if not alone:
-                part = product(weights, part.reshape(energies, -1))
+                part = product(form.weights, part.reshape(energies, -1))
             part = grouped(basis, part.reshape(groups, basis.shape[1], -1), counts)
-            part = in_lanes(part.reshape(len(psi), -1, functions))
-            self.series.append((part, exponents, functions))
+            self.series.append((part.reshape(len(psi), -1, len(exponents)), exponents))
 
     def part(self, least_degree: int, most_degree: int | None = None) -> TorusSeries:
         """The terms of degrees `least_degree` to `most_degree`, or from `least_degree` on."""
         made = copy.copy(self)
         made.degree = self.degree if most_degree is None else min(most_degree, self.degree)
         made.series = []
-        for c, exponents, functions in self.series:
+        for c, exponents in self.series:
             # The terms are in ascending order of degree, as `powers` lists them.
             some = slice(*np.searchsorted(exponents.sum(axis=1), (least_degree, made.degree + 1)))
-            made.series.append((c[:, some], exponents[some], functions))
+            made.series.append((c[..., some], exponents[some]))
         return made
 
     def least_degrees(self, size: float, *shares: float) -> list[int]:
@@ -261,10 +275,10 @@ class TorusSeries:
         Terms are compared at |u|, |v| <= size, and separately for each of the functions.
         """
         found = [1] * len(shares)
-        for c, exponents, _ in self.series:
+        for c, exponents in self.series:
             degrees = exponents.sum(axis=1)
-            sizes = np.abs(c).max(axis=0) * size ** degrees[:, None]
-            sizes = (sizes / np.maximum(sizes.max(axis=0), 1e-300)).max(axis=1)
+            sizes = np.abs(c).max(axis=0) * size**degrees
+            sizes = (sizes / np.maximum(sizes.max(axis=1)[:, None], 1e-300)).max(axis=0)
             large = (degrees[sizes > share].max(initial=1) for share in shares)
             found = [max(low, int(high)) for low, high in zip(found, large, strict=True)]
         return found
@@ -273,25 +287,36 @@ class TorusSeries:
         """The values of Qp, Qm, sigma if it is known, and tau at points: (3 or 4, N)."""
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, exponents, functions in self.series:
+        for c, exponents in self.series:
             j, k = exponents.T
-            found.append(np.matmul((of_u[:, j] * of_v[:, k])[:, None], c)[:, 0, :functions])
-        return np.concatenate(found, axis=1).T
+            found.append(self._summed(c, of_u[j] * of_v[k]))
+        return np.concatenate(found)
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
         """The values of Qp and Qm, with their derivatives in u and in v: (2, N) each.
 
         With `every`, all functions of :meth:`values` in their order: (3 or 4, N) each.
         """
-        odd, of_odd, _ = self.series[0]
+        odd, of_odd = self.series[0]
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, exponents, _ in self.series if every else [(odd[..., :2], of_odd, 2)]:
+        for c, exponents in self.series if every else [(odd[:, :2], of_odd)]:
             j, k = exponents.T
             # Where j = 0 the factor j makes the term vanish, whatever power stands beside it.
-            by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
-            at_u, at_v = of_u[:, j], of_v[:, k]
-            terms = np.stack((at_u * at_v, by_u * at_v, at_u * by_v), axis=1)
-            found.append(np.matmul(terms, c))
-        value, along_u, along_v = np.concatenate(found, axis=2).transpose(1, 2, 0)
+            by_u, by_v = j[:, None] * of_u[j - 1], k[:, None] * of_v[k - 1]
+            at_u, at_v = of_u[j], of_v[k]
+            terms = at_u * at_v, by_u * at_v, at_u * by_v
+            found.append([self._summed(c, x) for x in terms])
+        value, along_u, along_v = (np.concatenate(x) for x in zip(*found, strict=True))
         return value, along_u, along_v
+
+    def _summed(self, c: Any, terms: Any) -> Any:
+        """The sums (F, N) of terms (terms, N) with coefficients c (phases, F, terms)."""
+        found, phase, point = [], 0, 0
+        for count, each in self.runs:
+            end, last = phase + count, point + count * each
+            mine = terms[:, point:last].reshape(len(terms), count, each).transpose(1, 0, 2)
+            total = np.matmul(c[phase:end], mine).transpose(1, 0, 2)
+            found.append(total.reshape(c.shape[1], last - point))
+            phase, point = end, last
+        return np.concatenate(found, axis=1)

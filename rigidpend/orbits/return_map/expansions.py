@@ -165,17 +165,25 @@ class Interval(NamedTuple):
         return chebyshev_basis(a.array((h - self.centre) / self.half_width), self.n, a)
 
 
-def in_blocks(counts: Sequence[int], terms: int = 1) -> Iterator[tuple[slice, slice, list[int]]]:
+def in_blocks(
+    counts: Sequence[int], terms: int = 1, shared: Sequence[int] | None = None
+) -> Iterator[tuple[slice, slice, list[int]]]:
     """Blocks of at most `AT_ONCE` points, for consecutive groups of `counts` points each.
 
-    Where each point has a series of `terms` terms, a block has no more than `ROOM` of them.
+    Where each point has a series of `terms` terms, a block has no more than `ROOM` of them. Points
+    of a group that stay together, `shared` successive ones, are not divided.
 
     A block is given as the slice of its groups, the slice of its points, and the number of its
     points in each of these groups; a group may be divided between blocks.
     """
     edges, most = np.append(0, np.cumsum(counts)), max(1, min(AT_ONCE, ROOM // terms))
-    for begin in range(0, edges[-1], most):
-        end = min(begin + most, edges[-1])
+    together = [1] * len(counts) if shared is None else shared
+    pieces = np.floor_divide(counts, together)
+    cuts, own = np.append(0, np.cumsum(np.repeat(together, pieces))), 0
+    while own < len(cuts) - 1:
+        begin = cuts[own]
+        own = max(own + 1, np.searchsorted(cuts, begin + most, side="right") - 1)
+        end = cuts[own]
         first, last = np.searchsorted(edges[1:], (begin, end - 1), side="right")
         here = np.diff(np.clip(edges[first : last + 2], begin, end))
         yield slice(first, last + 1), slice(begin, end), here.tolist()

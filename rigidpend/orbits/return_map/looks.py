@@ -226,7 +226,7 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
     length, border, n = body.arc_length(width), body.border(width), body.harmonics(DOUBLES)
     nf = normal_form(body.c, at, SECOND_LOOK, n, border, a, least_share=TINY)
     degrees = powers(nf.degree, 1).sum(axis=1)
-    sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * _reach(body, layer, nf) ** degrees
+    sizes = np.abs(nf.odd[:, :2]).max(axis=(0, 1)) * _reach(body, layer, nf) ** degrees
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
     by_degree = by_degree / by_degree[0]
     # If the series shrink too slowly even for doubles, they could not be inverted below either.
@@ -256,7 +256,7 @@ def _reach(body: Rough, layer: Layer, nf: NormalForm) -> float:
     for rising, width in zip((False, True), layer.widths, strict=True):
         form = TorusForm(nf, np.full(1, body.h), precision(53))
         d, chi = np.repeat([-width, width], ENDS), np.tile(phases(ENDS, form.a), 2)
-        *_, at = arcs(rising, d, chi, form, body.c, np.array([length]))
+        *_, at = arcs(rising, d, chi, form, body.c, length, np.empty(0))
         found = max(found, np.abs(at.u).max() * np.abs(at.v).max())
     return math.sqrt(found)
 

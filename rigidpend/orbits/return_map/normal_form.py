@@ -63,7 +63,7 @@ class NormalForm(NamedTuple):
     n: int
     """Number of Fourier terms."""
     odd: Any
-    """(count n, terms, 2 or 3): Qp, Qm, and the oscillation of theta3 if that is asked for.
+    """(count n, 2 or 3, terms): Qp, Qm, and the oscillation of theta3 if that is asked for.
 
     `count` is the number of Chebyshev polynomials of the energy; the phase runs fastest. Terms are
     those of :func:`powers`."""
@@ -81,9 +81,14 @@ class NormalForm(NamedTuple):
     It is relative to Lambda_0."""
 
     @property
+    def series(self) -> tuple[Any, Any]:
+        """The odd and the even series in one shape, (count n, F, terms)."""
+        return self.odd, self.even[:, None]
+
+    @property
     def theta3(self) -> bool:
         """True if theta3 is among the series."""
-        return bool(self.odd.shape[-1] == 3)
+        return bool(self.odd.shape[1] == 3)
 
 
 def powers(degree: int, parity: int) -> Any:
@@ -378,7 +383,7 @@ class _Finder:
         exponent, rotation = ((np.stack(x) @ to_energy).T for x in found[4:])
         rate = float(abs(self.exponent[0]).max())
         off = [a.largest(x) * radius ** (2 * k) / rate for k, x in enumerate(self.difference)]
-        series = np.stack(odd, axis=-1), tau, exponent, rotation
+        series = np.stack(odd, axis=1), tau, exponent, rotation
         return NormalForm(energies, degree, self.n, *series, radius, max(off))
 
 

@@ -87,8 +87,8 @@ class Orders(NamedTuple):
 def building_seconds(body: Rough, o: Orders, bits: int, *, theta3: bool) -> float:
     """Expected seconds of a core to make tables of given orders in pairs of doubles.
 
-    For 15 bodies drawn by lot, whose tables took 0.16 to 2.6 s, it is 0.9 to 1.12 times the
-    time taken.
+    For 15 maps of Fig. 4's body and six drawn by lot, whose tables took 0.17 to 5.2 s, it is 0.8 to
+    1.1 times the time taken.
     """
     # Arcs with the normal form solved at their ends, points of inverse charts, and products of
     # series, in microseconds as measured; charts are made for two sections.
@@ -98,10 +98,10 @@ def building_seconds(body: Rough, o: Orders, bits: int, *, theta3: bool) -> floa
     inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
     points = quadrature_points(o.length, body.c, body.h, bits)
-    arc = 60 + 0.9 * points * theta3 + 0.004 * terms
-    back = 20 + 0.011 * o.n_x * o.n_phase_inverse
-    series = 0.018 * o.n_energy * o.n_phase_orbit * o.degree**3
-    return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
+    arc = 20 + 3 * o.length + 0.9 * points * theta3 + 0.0045 * terms
+    back = 10 + 0.038 * o.n_x * o.n_phase_inverse
+    series = 0.0115 * o.n_energy * o.n_phase_orbit * o.degree**3
+    return 0.05 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
 
 
 def orders(

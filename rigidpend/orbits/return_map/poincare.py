@@ -21,7 +21,7 @@ import numpy as np
 from rigidpend.numbers import Numbers, Scalar
 from rigidpend.orbits.return_map.normal_form import MapError
 from rigidpend.orbits.return_map.precision import Precision, precision
-from rigidpend.orbits.return_map.reduced import Coefficients, rounded
+from rigidpend.orbits.return_map.reduced import Coefficients, reduced, rounded
 
 MOST_ITERATIONS = 60
 """Largest number of Newton's corrections of the large component."""
@@ -154,3 +154,10 @@ def rotation_phase(state: Numbers, c: Coefficients, a: Precision) -> Any:
     # gamma - (M + J2 e3) gamma3/(J2 + M3) = cos(psi) e1 - sin(psi) e2.
     share = gamma3 / (J2 + M3)
     return a.atan2(M2 * share - gamma2, gamma1 - M1 * share)
+
+
+def rotation_rate(state: Numbers, psi: Any, c: Coefficients) -> Any:
+    """The rate of :func:`rotation_phase` in t', from states and their phases in doubles."""
+    Qp, Qm, M3, *_ = state
+    J2 = np.sqrt(((Qp + Qm) * c.to_M1) ** 2 + ((Qp - Qm) * c.to_M2) ** 2 + M3**2)
+    return reduced((Qp, Qm), (np.cos(psi), np.sin(psi)), (J2, M3, 1 / J2, 1 / (J2 + M3)), c).psi

@@ -107,7 +107,8 @@ def fitted(
     k-th of n differences takes a share of 1 - (k/n)^power of the nodes in each direction.
 
     ``values(x, phase, form)`` gives the functions, (F, N), at points in groups by energy; there
-    are n_x n_phase nodes at the first energy, and fewer at each further one.
+    are n_x n_phase nodes at the first energy, and fewer at each further one. Those of a phase
+    follow each other, which `form` tells.
     """
     energies, order = nf.energies, _spread(nf.energies.n)
     at = nodes(energies.n, a)[order]
@@ -116,19 +117,21 @@ def fitted(
     newton[:, 0] = a.number(1)
     for k in range(1, energies.n):
         newton[:, k] = newton[:, k - 1] * (at - at[k - 1])
-    # All nodes of all energies, one energy after another, with the phase running fastest.
+    # All nodes of all energies, one energy after another, with x running fastest.
     sizes = table_sizes(n_x, n_phase, energies.n, power)
-    x = np.concatenate([np.repeat(width * nodes(few_x, a), few) for few_x, few in sizes])
-    phase = np.concatenate([np.tile(phases(few, a), few_x) for few_x, few in sizes])
-    form = TorusForm(nf, energies.nodes(a)[order], a)
-    blocks = in_blocks([few_x * few for few_x, few in sizes])
-    found = [values(x[at], phase[at], form.part(levels, here)) for levels, at, here in blocks]
-    value = np.concatenate(found, axis=1).T
+    x = np.concatenate([np.tile(width * nodes(few_x, a), few) for few_x, few in sizes])
+    phase = np.concatenate([np.repeat(phases(few, a), few_x) for few_x, few in sizes])
+    counts, shared = [few_x * few for few_x, few in sizes], [few_x for few_x, _ in sizes]
+    form = TorusForm(nf, energies.nodes(a)[order], a, counts, shared=shared)
+    blocks = in_blocks(counts, shared=shared)
+    made = [values(x[at], phase[at], form.part(levels, here)) for levels, at, here in blocks]
+    value = np.concatenate(made, axis=1).T
     functions = value.shape[1]
     # found[k] holds the coefficients of the k-th divided difference, in x and in (phase, function).
     found = a.zeros((energies.n, n_x, n_phase * functions))
     for level, (few_x, few) in enumerate(sizes):
-        own, value = value[: few_x * few].reshape(few_x, few, functions), value[few_x * few :]
+        own = value[: few_x * few].reshape(few, few_x, functions).transpose(1, 0, 2)
+        value = value[few_x * few :]
         if level:
             # The k-th difference at its own, fewer nodes: the values less all lower differences.
             known = newton[level : level + 1, :level] @ found[:level].reshape(level, -1)

@@ -13,9 +13,14 @@ from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
-from rigidpend.orbits.return_map.charts import branch
+from rigidpend.orbits.return_map.charts import arcs, free_growth, section_chart
+from rigidpend.orbits.return_map.conjugacy import TorusForm
+from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.normal_form import normal_form
+from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import ChartTable
@@ -379,10 +384,41 @@ def test_energies_at_which_a_map_is_checked_fill_its_interval(
         assert (low, high) == (1.5, 2.5)
 
 
+@pytest.mark.parametrize("rising", [False, True])
+@pytest.mark.parametrize(("bits", "off"), [(53, 1e-13), (96, 1e-28), (113, 1e-32)])
+def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float) -> None:
+    a = precision(bits)
+    h, c = a.array([1.3342, 1.3337]), coefficients(FIG4.angles(160), "1", a)
+    nf = normal_form(c, Interval(h[0], a.number(0.001), 3), 9, 9, 0.1, a)
+    # Three points of each chi at one energy, and two at the other.
+    d = a.array([-0.001, 0, 0.001, -0.001, 0, 0.001, -0.0005, 0.0005])
+    chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
+    form = TorusForm(nf, h, a, counts, shared=[3, 2])
+    path, time, late, turned, at = arcs(rising, d, chi, form, c, a.number(6.0), a.array([0.5]))
+    end = states_at(c.aligned, path[:, 0], (time / 2 + late)[None], bits)[:, 0]
+    missing = rotation_phase(end, c, a) - chi - turned
+    assert a.largest(a.sin(missing / 2)) < off
+    assert a.largest(turned[:6] - turned[0]) == a.largest(turned[6:] - turned[6]) == 0
+    # u and v there belong to each point's own end.
+    alone = TorusForm(nf, h, a, counts).inverted(chi + turned, end[0], end[1])
+    assert a.largest(np.stack([at.u - alone.u, at.v - alone.v])) < off
+
+
+@pytest.mark.parametrize("rising", [False, True])
+def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(rising: bool) -> None:
+    """A slightly longer arc is estimated with other roundings; theta3 has none of them."""
+    a = precision(96)
+    h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
+    nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
+    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a), c
+    one, other = (section_chart(*given, a.number(x)) for x in (6.0, 6.0 + 1e-13))
+    assert a.largest(one - other) < 1e-25
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_an_arc_that_is_longer_by_a_turn_ends_a_turn_later(side: int) -> None:
     a = precision(53)
     h, c = 1.3342, coefficients(FIG4.angles(113), "1", a)
     turn = 2 * math.pi / math.sqrt(2 * h * float(c.aligned.kappa))
-    first, second = (branch(0.3, side, x, h, c, a) for x in (5.0, 5.0 + turn))
+    first, second = (free_growth(side, x, h, c, a) for x in (5.0, 5.0 + turn))
     assert second - first == pytest.approx(2 * math.pi * side)

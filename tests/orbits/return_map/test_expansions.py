@@ -78,6 +78,17 @@ def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int])
         assert np.abs(off).max() < 1e-14
 
 
+def test_points_of_a_phase_stay_together_in_blocks() -> None:
+    """Also where those of one phase are more than a block's."""
+    counts, shared = [7 * 60, 5 * 30, 700], [7, 5, 700]
+    blocks = list(in_blocks(counts, shared=shared))
+    assert [here for *_, here in blocks] == [[420, 90], [60], [700]]
+    assert [(at.start, at.stop) for _, at, _ in blocks] == [(0, 510), (510, 570), (570, 1270)]
+    assert [(of.start, of.stop) for of, *_ in blocks] == [(0, 2), (1, 2), (2, 3)]
+    most = [here for *_, here in in_blocks(counts[:2], 2**19 // 8, shared[:2])]
+    assert most == [[7]] * 60 + [[5]] * 30
+
+
 def test_a_product_without_rows_has_none() -> None:
     assert product(np.empty((2, 0, 9)), np.empty((9, 40_000))).shape == (2, 0, 40_000)
     assert product(np.empty((2, 0, 9)), np.empty((9, 3))).shape == (2, 0, 3)

@@ -64,9 +64,9 @@ def test_the_normal_form_ends_with_the_first_terms_that_are_small_enough(least: 
     given: Any = (coefficients_of(FIG4), AT, 21, 21, radius, DOUBLES)
     whole, short = normal_form(*given), normal_form(*given, least_share=least)
     degrees = powers(21, 1).sum(axis=1)
-    np.testing.assert_array_equal(short.odd, whole.odd[:, degrees <= short.degree])
+    np.testing.assert_array_equal(short.odd, whole.odd[..., degrees <= short.degree])
     # Coefficients of waves are no larger than what they add up to at phases, nor far below.
-    sizes = [np.abs(whole.odd[:, degrees == D, :2]).max() * radius**D for D in range(1, 22, 2)]
+    sizes = [np.abs(whole.odd[:, :2, degrees == D]).max() * radius**D for D in range(1, 22, 2)]
     last, before = (sizes[(short.degree - k) // 2] / sizes[0] for k in (1, 3))
     assert last < least < 8 * before
 
@@ -91,7 +91,7 @@ def test_order_points_are_put_into_the_normal_form_to_rounding(
     assert a.largest(off / np.abs(beside).max(axis=0)) < 2e-15 * 2.0 ** (53 - bits)
     # Blocks have room for all terms of their points.
     terms = sum(len(powers(degree, parity)) for parity in (0, 1))
-    blocks.assert_called_once_with((points,), terms)
+    blocks.assert_called_once_with((points,), terms, None)
 
 
 @pytest.mark.parametrize(("bits", "degree"), [(70, 21), (96, 29)])
@@ -107,8 +107,8 @@ def test_terms_in_doubles_leave_less_than_an_eighth_of_a_rounding(
     whole = normal_form(*given)
     for x, true, parity in ((found.odd, whole.odd, 1), (found.even, whole.even, 0)):
         of = radius ** powers(degree - 1 + parity, parity).sum(axis=1, dtype=float)
-        off, all_ = (np.abs(a.floats(y)).reshape(*y.shape[:2], -1) for y in (x - true, true))
-        share = (off * of[:, None]).max() / (all_ * of[:, None]).max(axis=(0, 1)).min()
+        off, all_ = (np.abs(a.floats(y)).reshape(len(y), -1, len(of)) for y in (x - true, true))
+        share = (off * of).max() / (all_ * of).max(axis=(0, 2)).min()
         assert 0 < share < 2.0**-bits / 8
 
 
