@@ -93,6 +93,19 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
 
 
 @pytest.mark.slow
+def test_the_first_sets_are_those_of_the_fewest_half_rotations_that_are_narrow_enough() -> None:
+    """Of a body on which lines fitted to far too few half rotations say any number.
+
+    With 37 of them sets would reach to a gamma3 of 670: that told to try 60 first.
+    """
+    problem = "A=[2, 1.57, 1.82]", "r=[0.18, 0.98, 0]", "mu=0.0042", "h=1", "half_turns=null"
+    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
+    first = next(horseshoe.trials(horseshoe.ShiftProblem(given.body, given.h, 1)))
+    fewer = horseshoe.quads(first._replace(half_turns=first.half_turns - 1))
+    assert max(abs(quad.l0 / quad.l1) + quad.b / abs(quad.l1) for quad in fewer) > horseshoe.NARROW
+
+
+@pytest.mark.slow
 def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() -> None:
     """Fig. 5's body: 37 of them, in which a bound grows by 2^29, and of a line that is wide."""
     problem = "A=[2, 1.5, 1.8]", "r=[0, 1, 0]", "mu=0.01", "h=10/9", "half_turns=37"

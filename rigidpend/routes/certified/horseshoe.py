@@ -340,7 +340,8 @@ def _of_width(first: ShiftProblem, least: float) -> Iterator[ShiftProblem]:
             # Too few: such passages begin further from the surface than the map reaches.
             continue
         # The largest |gamma3| in a set; each further half rotation makes it smaller by a factor.
-        reach = max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets)
+        # It is 1 at most: with too few of them lines are fitted that say more, by any factor.
+        reach = min(1.0, max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets))
         if reach > NARROW:
             n += int(math.log(reach / NARROW) / turn)
             continue
