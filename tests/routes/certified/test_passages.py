@@ -200,6 +200,17 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
     [(*_, found)] = passages.followed(stored.numbers, [small], list(map(arb, begin)))
     others = check_passages.carried(problem(), step(small), list(map(Fraction, begin)), theirs)
     assert [float(x) for x in found] == pytest.approx(list(map(float, others)), rel=1e-4)
+    # In other units they are told as well as in these.
+    for k in (-9, 9):
+        of, ends = Stored(k), [2.0**k * x for x in begin]
+        _, [piece] = offered.in_units(k, stored.quads[0], [small])
+        [(*_, mine)] = passages.followed(of.numbers, [piece], list(map(arb, ends)))
+        defects = check_passages.defects(of.problem, step(piece))
+        again = check_passages.carried(of.problem, step(piece), list(map(Fraction, ends)), defects)
+        for told in (mine, again):
+            assert [float(x) / 2.0**k for x in told] == pytest.approx(
+                list(map(float, found)), rel=1e-4
+            )
 
 
 @pytest.mark.parametrize(("share", "reason"), [(0.995, "C3"), (1.005, "C2")])
