@@ -38,7 +38,7 @@ OTHER = [
     "problem.J1_0=1e-9",
     SEARCHED,
 ]
-"""A body drawn at random, whose surfaces cross at an angle of 2e-6."""
+"""A body drawn at random, whose surfaces cross at an angle of 1.4e-6."""
 OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
 ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]

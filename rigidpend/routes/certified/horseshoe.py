@@ -284,6 +284,8 @@ def _curves(setting: ShiftProblem, at: int, side: int, chi: Array) -> Array:
 
 NARROW = 0.12
 """Largest |gamma3| in sets: polynomials of wider ones would have too many terms."""
+WILDEST = 10.0
+"""Largest such number that is believed: with far too few half rotations any other may come out."""
 TRIALS = 4
 """Numbers of half rotations that are tried, in sets of either width."""
 WIDER = 2.2
@@ -340,8 +342,7 @@ def _of_width(first: ShiftProblem, least: float) -> Iterator[ShiftProblem]:
             # Too few: such passages begin further from the surface than the map reaches.
             continue
         # The largest |gamma3| in a set; each further half rotation makes it smaller by a factor.
-        # It is 1 at most: with too few of them lines are fitted that say more, by any factor.
-        reach = min(1.0, max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets))
+        reach = min(WILDEST, max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets))
         if reach > NARROW:
             n += int(math.log(reach / NARROW) / turn)
             continue

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from flint import arb, arb_mat, ctx
 
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import coverings, passages, sections
 from rigidpend.routes.certified.horseshoe import ShiftProblem
@@ -127,6 +128,17 @@ def test_nothing_hangs_on_units(stored: Stored, k: int) -> None:
         lambda: coverings.prove_link(other.numbers, link, after),
         lambda: check_coverings.prove_link(other.problem, *again),
     )
+
+
+def test_the_weight_of_gamma_is_limited_in_any_units() -> None:
+    """Of a body of next to no weight, and by both: nothing but the limit tells it."""
+    for k in (-9, 0, 9):
+        of = Fraction(4) ** k
+        given = offered.GIVEN | {"mu": str(of / 10**12), "h": str(of * offered.H0.fraction)}
+        body = Body(*(given[name] for name in ("A", "r", "mu")))
+        mine = sections.Numbers.of(body, exact(given["h"])).growth.weight
+        theirs = check_sections.problem_of(given).w
+        assert [float(mine), float(theirs.above)] == [2.0 ** (16 - k)] * 2
 
 
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
