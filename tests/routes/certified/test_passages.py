@@ -134,7 +134,10 @@ def test_the_weight_of_gamma_is_limited_in_any_units() -> None:
     """Of a body of next to no weight, and by both: nothing but the limit tells it."""
     for k in (-9, 0, 9):
         of = Fraction(4) ** k
-        given = offered.GIVEN | {"mu": str(of / 10**12), "h": str(of * offered.H0.fraction)}
+        given = offered.GIVEN | {
+            "mu": str(of / 10**12),
+            "h": str(of * Fraction(offered.GIVEN["h"])),
+        }
         body = Body(*(given[name] for name in ("A", "r", "mu")))
         mine = sections.Numbers.of(body, exact(given["h"])).growth.weight
         theirs = check_sections.problem_of(given).w
