@@ -13,7 +13,7 @@ from numpy.polynomial import chebyshev
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.routes.certified.approximation import jacobian, rule
-from rigidpend.routes.certified.balls import LogarithmicNorm
+from rigidpend.routes.certified.balls import LogarithmicNorm, momentum_unit
 from rigidpend.routes.certified.models import Family, Path, on_parts
 from scripts import check_certificate
 
@@ -223,3 +223,10 @@ def test_degrees_are_the_largest_of_all_terms_and_add_up_in_products() -> None:
     """A derivative errs by as many times more: by its degree."""
     one, other = Family.of(FIRST, UNIT), Family.of(SECOND, UNIT)
     assert (one.orders, other.orders, (one * other).orders) == ((3, 1, 1), (1, 2, 2), (4, 3, 3))
+
+
+def test_the_unit_of_a_momentum_hardly_below_a_power_of_two_is_that_power() -> None:
+    """As of one that is rounded upward to it."""
+    for power in (arb(2) ** k for k in (-3, 0, 3)):
+        assert momentum_unit(power * (1 - arb(2) ** -40)) == momentum_unit(power) == power
+        assert momentum_unit(power * (1 - arb(2) ** -10)) == power / 2
