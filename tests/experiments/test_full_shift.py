@@ -38,7 +38,7 @@ OTHER = [
     "problem.J1_0=1e-9",
     SEARCHED,
 ]
-"""A body drawn at random, whose surfaces cross at an angle of 2e-6."""
+"""A body drawn at random, whose surfaces cross at an angle of 1.4e-6."""
 OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
 ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
@@ -90,6 +90,19 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
     assert finer == narrow._replace(bits=narrow.bits + 6, more=6)
     assert (narrow.width, wide.width) == (horseshoe.WIDTH, horseshoe.WIDER)
     assert two.lengths == 2
+
+
+@pytest.mark.slow
+def test_the_first_sets_are_those_of_the_fewest_half_rotations_that_are_narrow_enough() -> None:
+    """Of a body on which lines fitted to far too few half rotations say any number.
+
+    With 37 of them sets would reach to a gamma3 of 670: that told to try 60 first.
+    """
+    problem = "A=[2, 1.57, 1.82]", "r=[0.18, 0.98, 0]", "mu=0.0042", "h=1", "half_turns=null"
+    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
+    first = next(horseshoe.trials(horseshoe.ShiftProblem(given.body, given.h, 1)))
+    fewer = horseshoe.quads(first._replace(half_turns=first.half_turns - 1))
+    assert max(abs(quad.l0 / quad.l1) + quad.b / abs(quad.l1) for quad in fewer) > horseshoe.NARROW
 
 
 @pytest.mark.slow

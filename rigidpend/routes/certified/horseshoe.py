@@ -284,6 +284,8 @@ def _curves(setting: ShiftProblem, at: int, side: int, chi: Array) -> Array:
 
 NARROW = 0.12
 """Largest |gamma3| in sets: polynomials of wider ones would have too many terms."""
+WILDEST = 10.0
+"""Largest such number that is believed: with far too few half rotations any other may come out."""
 TRIALS = 4
 """Numbers of half rotations that are tried, in sets of either width."""
 WIDER = 2.2
@@ -340,7 +342,7 @@ def _of_width(first: ShiftProblem, least: float) -> Iterator[ShiftProblem]:
             # Too few: such passages begin further from the surface than the map reaches.
             continue
         # The largest |gamma3| in a set; each further half rotation makes it smaller by a factor.
-        reach = max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets)
+        reach = min(WILDEST, max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets))
         if reach > NARROW:
             n += int(math.log(reach / NARROW) / turn)
             continue

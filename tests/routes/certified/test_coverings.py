@@ -46,29 +46,43 @@ STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fr
 
 
 @pytest.mark.parametrize(
-    ("ends", "aside", "across", "sheet", "reason"),
+    ("ends", "aside", "wide", "across", "sheet", "reason"),
     [
-        (1 + BARELY, 0.0, 1 - BARELY, 1 - BARELY, ""),
-        (-1 - BARELY, 0.0, 1 - BARELY, 1 - BARELY, ""),
-        (1 - BARELY, 0.0, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (1 + BARELY, 0.0, 0.0, 1 - BARELY, 1 - BARELY, ""),
+        (-1 - BARELY, 0.0, 0.0, 1 - BARELY, 1 - BARELY, ""),
+        (1 - BARELY, 0.0, 0.0, 1 - BARELY, 1 - BARELY, "C6: an edge"),
         # One edge is beyond an end, and the other one is not.
-        (1.5, 0.5 + BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
-        (1.5, -0.5 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
-        (-1.5, 0.5 + BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
-        (-1.5, -0.5 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
-        (1 + BARELY, 0.0, 1 + BARELY, 1 - BARELY, "C6: the image"),
-        (1 + BARELY, 0.0, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
+        (1.5, 0.5 + BARELY, 0.0, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (1.5, -0.5 - BARELY, 0.0, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (-1.5, 0.5 + BARELY, 0.0, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (-1.5, -0.5 - BARELY, 0.0, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        # One edge lies partly beyond an end.
+        *(
+            (ends, aside, 0.25 + off, 1 - BARELY, 1 - BARELY, "C6: an edge" if off > 0 else "")
+            for ends in (1.5, -1.5)
+            for aside in (0.25, -0.25)
+            for off in (BARELY, -BARELY)
+        ),
+        (1 + BARELY, 0.0, 0.0, 1 + BARELY, 1 - BARELY, "C6: the image"),
+        (1 + BARELY, 0.0, 0.0, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
     ],
 )
 @pytest.mark.parametrize("which", range(3), ids=["Q", "gamma1", "gamma2"])
 def test_C6_images_lie_across_a_set(
-    ends: float, aside: float, across: float, sheet: float, reason: str, which: int
+    ends: float,
+    aside: float,
+    wide: float,
+    across: float,
+    sheet: float,
+    reason: str,
+    which: int,
 ) -> None:
-    """U = ends u + aside and V = across v, at all energies; one coordinate may be off its sheet."""
+    """U = ends u + aside + wide v and V = across v, at all energies; one may be off its sheet."""
     a, b, l0, l1 = (float(x) for x in STRAIGHT[1:5])
     off = a * aside
     d = {(0, 1, 0, 0): 2 * a * ends, (0, 0, 0, 1): 2 / 4, (0, 0, 0, 0): 2 * off}
-    g = {(0, 1, 0): 2 * a * ends / l1, (0, 0, 1): -2 * b * across / l1}
+    d |= {(0, 0, 1, 0): 2 * a * wide}
+    g = {(0, 1, 0): 2 * a * ends / l1, (0, 0, 1): 2 * (a * wide - b * across) / l1}
     g |= {(0, 0, 0): 2 * (off - l0) / l1}
     box, begin = [arb(1), arb(0.5), arb(0.5)], [arb(1), arb(0.5), arb(0.5)]
     box[which] += sheet * ALONE
@@ -83,7 +97,11 @@ def test_C6_images_lie_across_a_set(
     if not reason:
         found = coverings.relation(source, STRAIGHT, begin, 0)
         assert found.orientation == math.copysign(1, ends)
-        np.testing.assert_allclose((found.edge, found.across), (abs(ends), across), rtol=1e-12)
+        beyond = abs(ends) - abs(aside) - wide
+        # The radius of a ball has 30 bits.
+        least = 1e-12 if wide == 0 else 2.0**-30
+        np.testing.assert_allclose(found.edge, beyond, rtol=least)
+        np.testing.assert_allclose(found.across, across, rtol=1e-12)
 
 
 # ---- C7

@@ -13,7 +13,7 @@ from numpy.polynomial import chebyshev
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.routes.certified.approximation import jacobian, rule
-from rigidpend.routes.certified.balls import LogarithmicNorm
+from rigidpend.routes.certified.balls import LogarithmicNorm, momentum_unit
 from rigidpend.routes.certified.models import Family, Path, on_parts
 from scripts import check_certificate
 
@@ -34,16 +34,23 @@ def value(path: Path, x: Fraction) -> Fraction:
     return found
 
 
+def family(series: list[int]) -> Family:
+    """The same series as a family that hangs on no parameter."""
+    return Family.of({(j, 0, 0): c for j, c in enumerate(series)}, UNIT)
+
+
+@pytest.mark.parametrize("kind", [lambda series: Path.of_series(series, UNIT), family])
 @pytest.mark.parametrize(("n", "m"), [(1, 1), (1, 6), (5, 5), (9, 3)])
-def test_results_contain_those_of_every_function(n: int, m: int) -> None:
-    a, b = Path.of_series(random_series(1, n), UNIT), Path.of_series(random_series(2, m), UNIT)
+def test_results_contain_those_of_every_function(n: int, m: int, kind: Any) -> None:
+    a, b = kind(random_series(1, n)), kind(random_series(2, m))
     a.error, b.error = 1000, 50
     for x in POINTS:
         for da, db in ((0, 0), (1000, 50), (-1000, 50), (-1000, -50)):
-            f, g = value(a, x) + da, value(b, x) + db
+            f, g = value(a.middle(), x) + da, value(b.middle(), x) + db
             for made, true in ((a + b, f + g), (a - b, f - g), (a * b, f * g / 2**UNIT)):
-                assert abs(value(made, x) - true) <= made.error
-                assert abs(true) <= made.size
+                units = true * 2 ** (made.bits - UNIT)
+                assert abs(value(made.middle(), x) - units) <= made.error
+                assert abs(units) <= made.size
 
 
 def test_the_second_checker_has_the_same_products_and_values_exactly() -> None:
@@ -89,6 +96,10 @@ def test_a_constant_contains_its_ball(number: str, radius: float) -> None:
     path = Path.of_ball(arb(int(p)) / int(q or 1) + arb(0, radius), UNIT)
     away, units = abs(value(path, Fraction(0)) - Fraction(number) * 2**UNIT), radius * 2**UNIT
     assert away + units <= path.error <= 1.01 * units + 4
+    near = Family.of_fraction(Fraction(number), UNIT)
+    off = abs(value(near.middle(), Fraction(0)) - Fraction(number) * 2**UNIT)
+    assert off <= near.error == (off > 0)
+    assert near.widened(arb(radius)).error == near.error + units
 
 
 def test_a_value_is_a_ball_around_the_exact_one() -> None:
@@ -212,3 +223,10 @@ def test_degrees_are_the_largest_of_all_terms_and_add_up_in_products() -> None:
     """A derivative errs by as many times more: by its degree."""
     one, other = Family.of(FIRST, UNIT), Family.of(SECOND, UNIT)
     assert (one.orders, other.orders, (one * other).orders) == ((3, 1, 1), (1, 2, 2), (4, 3, 3))
+
+
+def test_the_unit_of_a_momentum_hardly_below_a_power_of_two_is_that_power() -> None:
+    """As of one that is rounded upward to it."""
+    for power in (arb(2) ** k for k in (-3, 0, 3)):
+        assert momentum_unit(power * (1 - arb(2) ** -40)) == momentum_unit(power) == power
+        assert momentum_unit(power * (1 - arb(2) ** -10)) == power / 2

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from flint import arb, arb_mat, ctx
 
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import coverings, passages, sections
 from rigidpend.routes.certified.horseshoe import ShiftProblem
@@ -129,6 +130,20 @@ def test_nothing_hangs_on_units(stored: Stored, k: int) -> None:
     )
 
 
+def test_the_weight_of_gamma_is_limited_in_any_units() -> None:
+    """Of a body of next to no weight, and by both: nothing but the limit tells it."""
+    for k in (-9, 0, 9):
+        of = Fraction(4) ** k
+        given = offered.GIVEN | {
+            "mu": str(of / 10**12),
+            "h": str(of * Fraction(offered.GIVEN["h"])),
+        }
+        body = Body(*(given[name] for name in ("A", "r", "mu")))
+        mine = sections.Numbers.of(body, exact(given["h"])).growth.weight
+        theirs = check_sections.problem_of(given).w
+        assert [float(mine), float(theirs.above)] == [2.0 ** (16 - k)] * 2
+
+
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
     """The page has what both checkers prove."""
     line, first = stored.line, stored.orbits[4][0]
@@ -200,6 +215,17 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
     [(*_, found)] = passages.followed(stored.numbers, [small], list(map(arb, begin)))
     others = check_passages.carried(problem(), step(small), list(map(Fraction, begin)), theirs)
     assert [float(x) for x in found] == pytest.approx(list(map(float, others)), rel=1e-4)
+    # In other units they are told as well as in these.
+    for k in (-9, 9):
+        of, ends = Stored(k), [2.0**k * x for x in begin]
+        _, [piece] = offered.in_units(k, stored.quads[0], [small])
+        [(*_, mine)] = passages.followed(of.numbers, [piece], list(map(arb, ends)))
+        defects = check_passages.defects(of.problem, step(piece))
+        again = check_passages.carried(of.problem, step(piece), list(map(Fraction, ends)), defects)
+        for told in (mine, again):
+            assert [float(x) / 2.0**k for x in told] == pytest.approx(
+                list(map(float, found)), rel=1e-4
+            )
 
 
 @pytest.mark.parametrize(("share", "reason"), [(0.995, "C3"), (1.005, "C2")])

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from flint import arb, ctx
+from numpy.polynomial import chebyshev
 
 from scripts import check_certificate, check_series
 from scripts.check_certificate import FUNCTIONS, Interval, Refused
@@ -139,3 +140,20 @@ def test_bounds_on_sizes_and_neighbourhoods_contain_all_numbers() -> None:
                 centre + radius,
             )
             assert ends(check_series.around(a, radius)) == (low - radius, high + radius)
+
+
+def test_series_contain_all_that_they_stand_for() -> None:
+    """Numbers of intervals, what is off by part of a unit, and a polynomial on parts of [-1, 1]."""
+    for x in drawn("series", -MILLION, MILLION, 20):
+        series = check_series.Series.of(x)
+        [middle] = series.terms.values()
+        assert middle - series.error <= x.low <= x.high <= middle + series.error
+        wider = series.wider(Fraction(1, 3))
+        assert wider.error >= series.error + Fraction(1 << series.digits, 3)
+    n = 30
+    parts = check_series.Series.made({(n, 0, 0): 1 << 20}, 20).on_parts()
+    for k, part in enumerate(parts):
+        low, high = ends(part)
+        inside: list[Any] = [Fraction(4 * k + j, 2 * len(parts)) - 1 for j in range(5)]
+        for place in inside:
+            assert low <= chebyshev.chebval(place, [0] * n + [1]) <= high
