@@ -66,10 +66,11 @@ CLIMBING = 0.7
 """Time of orbits that a lower rung already decides, as a share of that in the full precision.
 
 With three random bodies it was 0.48, 0.58 and 0.78, with four others 0.69 to 0.81."""
-STAYING_OPEN = 1.7
+STAYING_OPEN = 2.5
 """Time of orbits that a precision leaves open, on all rungs below it too, as such a share.
 
-Of orbits of 120 and 200 symbols it was 1.5 up to 106 bits, and 1.7 to 1.8 from there to 160."""
+Of orbits of 120 and 200 symbols it was 1.5 up to 106 bits, and 1.7 to 1.8 from there to 160; of
+those of 300 symbols 3.4 and 2.8, for a third computation is made of nearly all."""
 MAPPED = {SHARPER: 0.3e-6, SHARPEST: 0.8e-6}
 """Seconds of a core for a symbol by kept maps, by the bits of the first one.
 

@@ -119,9 +119,9 @@ def test_maps_save_nothing_of_what_the_last_precision_leaves_open() -> None:
     pairs, three = costs.HANDED_OVER * costs.FACTORS[106], costs.FACTORS[159]
     beyond = costs.STAYING_OPEN * (pairs + three) * doubles
     assert costs.by_maps(long) == pytest.approx(mapped + beyond, rel=1e-3)
-    # Measured of 16 orbits of 200 symbols: rungs take time too.
+    # Measured of 16 orbits each, 1.5 with 200 symbols and 3.4 with 300: rungs take time too.
     ladder = (costs.integration(long, (53, 106)) / doubles - 1) / 11
-    assert 1.5 <= ladder <= 1.8
+    assert 1.5 <= ladder <= 3.4
     assert costs.by_maps(long, (53,)) == mapped
     assert costs.by_maps(problem()) < 0.1 * costs.integration(problem())
 
