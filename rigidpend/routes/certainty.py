@@ -75,8 +75,8 @@ LIMIT_OF_SHARPER = 0.03
 
 Of the same orbits, an integration in pairs of doubles erred by more than R times its differences
 from both maps in 90 bits in a share of 0.042, 0.009 and 0.002, for R of 0.1, 0.3 and 1. As this
-falls faster than 1/R, about one in 100,000 of those that err by a radian would be wrong; none of
-2,000 was that agreed to 0.25 even."""
+falls faster than 1/R, about one in 100,000 of those that err by a radian would be wrong. Even of
+the 1,919 that agreed to 0.25 none was."""
 COARSE_BITS = 7
 """Least number of bits by which one of three computations may differ from the others."""
 KEPT_IN_PAIRS = 97
