@@ -58,25 +58,27 @@ LIMIT_OF_UNEQUAL = 1e-2
 For every bit less between them the limit is halved. Of 16,631 orbits of one body, followed by maps
 of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
 orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 70,000 would be
-wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 348 orbits of four
-bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and erred
-by half of the difference at most."""
+wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 3,200 orbits of four
+bodies, followed by maps of 82 and 90 bits, it did so in a share of 0.51, 0.14 and 0.010 for R of
+0.01, 0.1 and 1, which leaves about the same chance."""
 LIMIT_OF_COARSE = 0.25
 """Phase difference, in radians, up to which a less sharp computation is a third one.
 
-It serves beside two of equal precision that agree to `LIMIT_OF_THREE`. Of 2,000 orbits of five
-bodies that maps of 82 and 90 bits left open, the other map in 90 bits erred by more than R times
-its difference from the first one in a share of 0.45/R, and by more than R times that from the one
-of 82 bits in 0.0042/R, for R of 1 to 30; by more than both at once in no larger a share than the
-product of the two. So about one in two million of those that err by a radian would be wrong; none
-of the 1,413 that were decided so was. Up to here errors grow in proportion."""
-LIMIT_OF_SHARPER = 0.03
-"""Phase difference, in radians, up to which two of equal precision confirm a sharper computation.
+It serves beside two of equal precision that agree to `LIMIT_OF_THREE`. Of 3,200 orbits of four
+bodies that maps of 82 and 90 bits left open, one map in 90 bits erred by more than R times its
+difference from the other one in a share of 0.22/R, for R of 1 to 100; in 0.14, 0.018 and 0.0009 for
+R of 1, 3 and 10, and in none for 30, it also erred by more than R/250 times that from the one of 82
+bits. The limits are in the ratio of 250, and of those that err by a radian R is 1,000: as this
+falls faster than 1/R, fewer than one in 100,000 of them would be wrong. None of the 2,658 that were
+decided so was. Up to here errors grow in proportion."""
+LIMIT_OF_SHARPER = 0.02
+"""Phase difference, in radians, up to which two maps confirm an integration in pairs of doubles.
 
-Of the same orbits, an integration in pairs of doubles erred by more than R times its differences
-from both maps in 90 bits in a share of 0.042, 0.009 and 0.002, for R of 0.1, 0.3 and 1. As this
-falls faster than 1/R, about one in 100,000 of those that err by a radian would be wrong. Even of
-the 1,919 that agreed to 0.25 none was."""
+They err 2^3 to 2^6 times as much as it does. Of 6,732 orbits of five bodies that maps of 82 and 90
+bits left open, an integration that was handed over to one of the maps erred by more than R times
+its difference from either map in 0.08/R and 0.13/R, and by more than R times both in 2 to 2.3 times
+the product: 0.021, 0.003 and 0.0003, for R of 1, 3 and 10. So about one in 100,000 of those that
+err by a radian would be wrong. Even of the 6,462 that agreed to 0.25 none was."""
 COARSE_BITS = 7
 """Least number of bits by which one of three computations may differ from the others."""
 KEPT_IN_PAIRS = 97
@@ -85,8 +87,8 @@ KEPT_IN_PAIRS = 97
 Where integrations of 88 bits erred by up to 0.3 radians, those of 98, 102 and 106 bits were alike,
 sharper by 2^5 to 2^7 in the median of 96 orbits of each of five bodies, and those of 109 bits, in
 sums of three doubles, by 2^17 to 2^19. Those of 106 bits erred by more than R times the difference
-from one of 88 bits in a share of 0.005/R to 0.009/R of 330 orbits, and from a map of 90 bits in
-0.012/R to 0.016/R of 1,279. So this number leaves the chance of about one in 70,000, as above."""
+from one of 88 bits in a share of 0.005/R to 0.009/R of 330 orbits, so that this number leaves the
+chance of about one in 70,000, as above."""
 
 
 class Contradiction(Exception):
@@ -258,9 +260,9 @@ def _further(
 ) -> Decided:
     """Decide some columns in a precision, starting from what is known of them.
 
-    The first computation is compared with the last one in a lower precision, and with the one
-    `beside` it. Where these differ, a second one is compared with the first and with the last one,
-    and a third one with the first two, if `count` allows it.
+    The first computation is compared with the last one in a lower precision; where it is not much
+    sharper, with the one `beside` that too. Where these differ, a second one is compared with the
+    first and with the last one, and a third one with the first two, if `count` allows it.
     """
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
@@ -275,8 +277,11 @@ def _further(
         if scales == FIRST_SCALES:
             limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
             certain = agreement(before, sharper, rate, limit)
-            if beside and more >= COARSE_BITS:
-                _confirm(certain, *given, beside, (LIMIT_OF_SHARPER, LIMIT_OF_SHARPER))
+            if beside and more < GAP_BITS:
+                # Pairs of doubles keep so few bits more than maps that both maps must confirm them.
+                certain[:] = False
+                limit = LIMIT_OF_SHARPER if more >= COARSE_BITS else LIMIT_OF_THREE
+                _confirm(certain, *given, beside, (limit, limit))
         else:
             certain = agreement(before, sharper, rate, LIMIT_OF_TWO)
             if more >= COARSE_BITS:

@@ -192,7 +192,7 @@ def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: flo
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
-COARSE, EQUAL, SHARPER = 0.25, 1e-3, 0.03
+COARSE, EQUAL, SHARPER = 0.25, 1e-3, 0.02
 
 
 @pytest.mark.parametrize(("bits", "serves"), [(61, True), (60, True), (59, False)])
@@ -208,16 +208,16 @@ def test_a_less_sharp_computation_is_a_third_one_from_seven_bits_on(
     assert found.certain.all(axis=0).tolist() == [serves, False, False]
 
 
-@pytest.mark.parametrize(("known", "serves"), [(90, True), (91, False)])
-def test_two_less_sharp_computations_confirm_one_that_is_seven_bits_sharper(
-    known: int, serves: bool
+@pytest.mark.parametrize(("known", "limit"), [(90, SHARPER), (91, EQUAL), (87, SHARPER)])
+def test_two_less_sharp_computations_must_both_confirm_one_that_is_not_much_sharper(
+    known: int, limit: float
 ) -> None:
-    """Each must agree with the others; pairs of doubles count as 97 bits."""
-    last = np.array([0.99, 0.99, 0.5, 1.01, 0.5]) * SHARPER
-    other = np.array([0.0, 0.99, -0.51, 0.5, 1.01]) * SHARPER
-    late = {f"second_{known}": last, "first_160": np.full(5, 0.5 * SHARPER)}
-    noted = Noted(**late, first_106=np.zeros(5), third_53=other)
-    found = decide(noted, 5, 1.0, (known,), most_computations=lambda _: 1)
+    """Each must agree with the others: to less, if they are as sharp. Pairs count as 97 bits."""
+    last = np.array([0.99, 0.99, 0.5, 1.01, 0.5, 0]) * limit
+    other = np.array([0.0, 0.99, -0.51, 0.5, 1.01, 2]) * limit
+    late = {f"second_{known}": last, "first_160": np.full(6, 0.5 * limit)}
+    noted = Noted(**late, first_106=np.zeros(6), third_53=other)
+    found = decide(noted, 6, 1.0, (known,), most_computations=lambda _: 1)
     asked: list[int] = []
 
     def beside(columns: Any) -> Crossings:
@@ -225,9 +225,17 @@ def test_two_less_sharp_computations_confirm_one_that_is_seven_bits_sharper(
         return noted(53, THIRD_SCALES, columns)
 
     climb(noted, found, 1.0, (106, 160), lambda _: 1, beside=beside)
-    assert found.certain.all(axis=0).tolist() == [serves, serves, False, False, False]
+    assert found.bits.tolist() == [106, 106, 160, 160, 160, 160]
     # It is made for columns in which the last one is near, and beside that one alone.
-    assert asked == ([0, 1, 2, 4] if serves else [])
+    assert asked == [0, 1, 2, 4, 5]
+
+
+def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> None:
+    """Eleven bits are much."""
+    noted = Noted(second_86=np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL, first_106=np.zeros(2))
+    found = decide(noted, 2, 1.0, (86,), most_computations=lambda _: 1)
+    climb(noted, found, 1.0, (106,), lambda _: 1, beside=Mock(side_effect=AssertionError))
+    assert found.certain.all(axis=0).tolist() == [True, False]
 
 
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:

@@ -13,11 +13,11 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.return_map import ReturnMap
-from rigidpend.orbits.return_map.build import ALLOWED_ROUNDINGS, FIRST
+from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty, choice, costs, handover
 from rigidpend.routes.certainty import Decided
-from rigidpend.routes.handover import LATEST, TIME_ERROR_BITS, handed_over
+from rigidpend.routes.handover import GROWING, LATEST, TIME_ERROR_BITS, handed_over
 from rigidpend.routes.mapped import Maps
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
@@ -68,7 +68,7 @@ LADDER = 88, 106, 109, 120, 160, 500
 
 
 def taken_over(maps: Maps, bits: int, columns: Any, known: Decided) -> Any:
-    more = bits - maps.built_bits[LADDER.index(bits) % 2]
+    more = certainty.kept_bits(bits) - maps.built_bits[LADDER.index(bits) % 2]
     return handover.handover(maps, more, columns, known)
 
 
@@ -143,7 +143,8 @@ def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_ma
     one = columns_of(known.crossings, open_[:1])
     for bits in (106, 109):
         handed_over(maps, lambda *_: one, known, LADDER)(bits, certainty.FIRST_SCALES, open_[:1])
-    assert more == [106 - 90, 109 - 90]
+    # Of pairs of doubles 97 bits count.
+    assert more == [97 - 90, 109 - 90]
     maps.crossings(82, certainty.FIRST_SCALES, open_)
     beside_2 = np.array([[1, 1e-4, 0, 0.6, 0.8, 0]]).T
     maps.onward(0, open_[:1], beside_2, np.zeros(1), 3, rising=True)
@@ -180,9 +181,9 @@ def told(error: Any, certain: Any) -> tuple[Any, Decided]:
 def test_a_map_takes_over_where_an_error_has_grown_by_what_more_bits_gain(
     at: int, factor: float, certain: int, expected: int
 ) -> None:
-    """By 2^13 bits more, for as much a map in doubles may err at first."""
-    limit = 2.0**13 * 2.0**31 * 2.0**-53
-    assert ALLOWED_ROUNDINGS == 2**13
+    """From 2^17 roundings on."""
+    limit = 2.0**17 * 2.0**31 * 2.0**-53
+    assert GROWING == 2**17
     error = np.full((20, 1), limit / 0.5 * 0.5)
     error[at], error[at + 1 :] = limit / 0.5 * factor, limit / 0.5 * 8
     established = (np.arange(19) < certain)[:, None]
