@@ -84,7 +84,8 @@ def test_the_proof_of_a_result_is_written_beside_it(swept: Path, tmp_path: Path)
     """By its file or by its name: there a figure and a comparison look for it."""
     for name in ("mine_mu=1e-2", "mine_mu=1e-3"):
         shutil.copy(swept / "results" / f"{name}.h5", tmp_path)
-    by_file, by_name = str(tmp_path / "mine_mu=1e-2.h5"), ("mine_mu=1e-3", "--out", str(tmp_path))
+    by_file = str(tmp_path / "mine_mu=1e-2.h5")
+    by_name = ("mine_mu=1e-3", "--out", str(tmp_path), "-j", "1")
     for given in ((by_file,), by_name):
         assert "4 of 4 symbols" in succeeded(swept, "certify", *given).stdout
     compared = succeeded(swept, "verify", by_file, "--results", str(tmp_path)).stdout

@@ -378,6 +378,6 @@ def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:
 def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)
-    done = streams(tmp_path, "list", "--json", stdout=writer, stderr=subprocess.PIPE)
+    done = streams(tmp_path, "describe", "fig4", "--json", stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)
     assert done.stderr == ""

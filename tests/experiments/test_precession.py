@@ -17,11 +17,17 @@ BODIES = ("i", "ii", "iii", "iv", "v")
 
 
 @pytest.fixture(scope="module")
-def data() -> Any:
-    parts: list[str] = []
-    found = computed(asked("precession", *SMALL), parts)
+def ran() -> tuple[Any, list[str]]:
+    """What a few weights give, and the lines that are told on the way."""
+    parts, told = list[str](), list[str]()
+    found = computed(asked("precession", *SMALL), parts, report=told.append)
     assert parts == list(BODIES)
-    return found
+    return found, told
+
+
+@pytest.fixture
+def data(ran: tuple[Any, list[str]]) -> Any:
+    return ran[0]
 
 
 def test_all_is_as_it_is_stored_of_these_weights(data: Any) -> None:
@@ -98,9 +104,8 @@ def test_increments_are_not_called_none_where_weights_are_too_few_for_a_slope() 
     assert tables(loaded)[1].rows[0][2:] == ("not fitted", "not fitted")
 
 
-def test_a_slope_that_is_not_fitted_is_told_in_words() -> None:
-    told: list[str] = []
-    computed(asked("precession", *SMALL), report=told.append)
+def test_a_slope_that_is_not_fitted_is_told_in_words(ran: tuple[Any, list[str]]) -> None:
+    _, told = ran
     slopes = [line.partition("remainder ")[2].split(", ") for line in told]
     assert [[slope == "not fitted" for slope in each] for each in slopes] == [
         [False] * 4,

@@ -1,10 +1,12 @@
 """Result files: read back as written, whole or not at all, and damage is noticed."""
 
+import contextlib
 import errno
 import json
 import os
 import random
 import resource
+import shutil
 import subprocess
 import sys
 import time
@@ -60,8 +62,9 @@ OTHER: Tree = {**TREE, "count": 8}
 
 @pytest.fixture(autouse=True)
 def declared(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take the layout for that of the experiment."""
+    """Take the layout for that of the experiment, and no file for known."""
     monkeypatch.setattr(experiments, "layout", lambda _: LAYOUT)
+    monkeypatch.setattr(store, "SOUND", set())
 
 
 @pytest.fixture
@@ -418,3 +421,31 @@ def test_values_are_read_by_another_process_before(
     monkeypatch.setattr(store, "tried", tried)
     read(path)
     assert ("/data/zebra/times" in seen) is whole
+
+
+def test_another_process_reads_once_what_is_then_found_sound(
+    monkeypatch: pytest.MonkeyPatch, path: Path
+) -> None:
+    """The same bytes wherever they are, for no more values and no more memory than it read."""
+    monkeypatch.setattr(store, "tried", asked := Mock())
+
+    def trials(read: Callable[..., Any], file: Path, *given: Any, **named: Any) -> int:
+        asked.reset_mock()
+        for _ in range(2):
+            with contextlib.suppress(StoreError):
+                read(file, *given, **named)
+        return asked.call_count
+
+    # The layout of something else may lead to other values.
+    assert trials(store.load, path, LAYOUT) == 2
+    assert trials(store.attributes, path) == 1
+    assert trials(store.load, path) == 1
+    assert trials(store.attributes, Path(shutil.copy(path, path.with_name("y.h5")))) == 0
+    store.write(path.with_name("z.h5"), LAYOUT, OTHER, *TOLD)
+    assert trials(store.load, path.with_name("z.h5")) == 1
+    assert trials(store.attributes, path.with_name("z.h5")) == 0
+    assert trials(store.load, path, LAYOUT) == 2
+    assert trials(store.load, path, ratio=10**6) == 1
+    store.SOUND.clear()
+    monkeypatch.setattr(experiments, "layout", lambda _: {**LAYOUT, "more": LAYOUT["count"]})
+    assert trials(store.load, path) == 2, "what is refused is not known to be sound"

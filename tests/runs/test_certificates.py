@@ -152,7 +152,7 @@ def test_both_checkers_prove_a_zoom_by_a_factor_of_many_digits(tmp_path: Path) -
     path = written(tmp_path, changed("factor: 4", "factor: 4.000000000000001", ZOOM), "tiny.yaml")
     few = ("--set", "problem.levels=2", "--set", "problem.count=3")
     for command in ("run", "certify"):
-        succeeded(tmp_path, command, path.name, *few, "--out", ".")
+        succeeded(tmp_path, command, path.name, *few, "--out", ".", "-j", "1")
     file = tmp_path / FILE
     assert len(storage.read(file)["config"]["problem"]["factor"]) > 20
     done = succeeded(tmp_path, "certify", "--check", file.name)

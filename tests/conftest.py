@@ -1,0 +1,12 @@
+"""What is imported once for all tests is looked through for garbage once."""
+
+import gc
+
+import pytest
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """Leave all that is there now alone, here and in the processes that are forked from here."""
+    gc.collect()
+    gc.freeze()
