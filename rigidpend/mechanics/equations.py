@@ -117,6 +117,22 @@ def aligned_along(state: Numbers, change: Numbers, c: AlignedCoefficients) -> tu
     return tuple((x - y) / 2 for x, y in zip(ahead, back, strict=True))
 
 
+def on_section(state: Numbers, c: AlignedCoefficients) -> tuple[list[Any], Any]:
+    """The state at which an orbit near M3 = 0 crosses it, and t' until then, of either sign.
+
+    Both are those of Taylor's series of the orbit to second order in this time.
+    """
+    rates = aligned(state, c)
+    bends = [x / 2 for x in aligned_along(state, rates, c)]
+    late = -state[2] / rates[2]
+    late = late - bends[2] * late * late / rates[2]
+    terms = zip(state, rates, bends, strict=True)
+    end = [x + late * (rate + late * bend) for x, rate, bend in terms]
+    # M3 vanishes but for the third order.
+    end[2] = 0 * late
+    return end, late
+
+
 def hamiltonian_andoyer(a: Scalar, A: Numbers, beta0: Scalar, mu: Scalar, m: Elementary) -> Any:
     """Hamiltonian in Andoyer-Deprit variables, with cos p and cos q, physical units (eq. h_d)."""
     sinp, sinq, tilt = a.L / a.G, a.H / a.G, a.l + beta0 / 2

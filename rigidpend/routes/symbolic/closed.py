@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, on_section
 from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
@@ -277,14 +277,12 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         d, chi = a.array(places.T)
         states = rounded(section_states(d, chi, h, c, a))
         reached = states_at(fractions, states, times[None], bits)[:, 0]
-        rates = np.array(aligned(reached, fractions))
-        late = -reached[2] / rates[2]
-        # Times are so close that one step along the orbit leads to the section.
-        point = section_points(a.array(reached + late * rates), c, a)
+        crossed, late = on_section(a.array(reached), c.aligned)
+        point = section_points(crossed, c, a)
         off = np.stack((point.d, point.chi), axis=1) - a.array(ends)
         # chi is known but for whole turns.
         off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))
-        return closely(off), late
+        return closely(off), closely(late)
 
     slopes, n = tangents(chain)[:, :2], len(chain.b)
     # The change of chi behind a passage by a relative rounding of d, or by one of chi, before it.
