@@ -119,15 +119,6 @@ class Reciprocal(Jet):
         return -self.part(0) * convolved(self, self.of, degree, range(0, degree, 2))
 
 
-class Deferred(Jet):
-    """A placeholder for the series `of`, which is set later."""
-
-    of: Jet
-
-    def find(self, degree: int) -> Any:
-        return self.of.part(degree)
-
-
 def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:
     """The part of a product a b, summed over the degrees of a in `split`: (degree + 1, n, H)."""
     left, right = [a.part(i) for i in split], [b.part(degree - i) for i in split]

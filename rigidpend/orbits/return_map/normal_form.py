@@ -30,7 +30,7 @@ from rigidpend.orbits.return_map.expansions import (
     fourier_synthesis,
     phases,
 )
-from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
+from rigidpend.orbits.return_map.jets import Jet, Reciprocal, convolved
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
@@ -201,10 +201,10 @@ class _Finder:
         # M3 need parts of the rates. But M1^2 + M2^2, Qp Qm and `drop` begin with degree 2, so
         # that a part of J2 or M3 of degree D takes parts of 1/J2 and 1/S up to degree D - 2 only.
         per_J2, per_S, per_rate = (Reciprocal(self.tape) for _ in range(3))
-        M3 = Deferred(self.tape, 0)
-        rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
         # J2 - M3 = (M1^2 + M2^2)/(J2 + M3).
-        M3.of = J2 - rates.across * per_S
+        M1, M2 = c.momenta(*Q)
+        M3 = J2 - (M1 * M1 + M2 * M2) * per_S
+        rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
         J2.product, J2.drop = Q[0] * Q[1], rates.drop
         per_J2.of, per_S.of, per_rate.of = J2, J2 + M3, rates.psi
         return Q, [*(per_rate * rate for rate in (rates.Qp, rates.Qm, rates.theta3)), per_rate]

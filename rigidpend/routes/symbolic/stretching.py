@@ -96,7 +96,7 @@ def frame(point: SectionPoint, h: Any, c: Coefficients) -> Array:
 def euclidean(deviations: Array, c: Coefficients) -> Array:
     """Changes of (M', gamma) in principal axes, (6, ...), from those of the aligned components."""
     Qp, Qm, *others = deviations
-    return np.stack(((Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2, *others))
+    return np.stack((*c.momenta(Qp, Qm), *others))
 
 
 def product(one: Array, other: Array) -> Array:
