@@ -117,7 +117,8 @@ def _carried(
     times = np.empty((crossings, stride))
     beside = np.empty((crossings, stride), dtype=np.uint8)
     # Vectors for which the kernel needs room: see `Sums.make_room`.
-    vectors = program.vectors + (program.energies + 2 * max(1, program.most)) * parts
+    waves = 2 * max(1, program.harmonics[:, 0].max())
+    vectors = program.vectors + (program.energies + waves) * parts
     passages = _passages(program)
     # A call takes `abreast` groups of orbits, or one group for `further` of its crossings.
     further = max(1, AT_ONCE // LANES)

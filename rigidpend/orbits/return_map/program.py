@@ -124,8 +124,6 @@ class Program(NamedTuple):
     """Number of Chebyshev polynomials of the energy."""
     vectors: int
     """Number of vectors that the coefficients of a group of orbits, at their energies, fill."""
-    most: int
-    """Largest number of harmonics of a table."""
     legs: Any
     """(3, LEG) int64: the legs from the start, from upward and from downward crossings."""
     harmonics: Any
@@ -185,7 +183,6 @@ def program(
         bits,
         nf.energies.n,
         writer.vectors,
-        max(count for count, _ in writer.harmonics),
         np.array(rows, dtype=np.int64),
         np.array(writer.harmonics, dtype=np.int64),
         np.array(writer.lengths, dtype=np.int64),
