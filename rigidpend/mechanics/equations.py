@@ -10,6 +10,7 @@ and moments. All others are dimensionless, with time t' and J' = J s (see `coord
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from rigidpend.mechanics.body import Angles
@@ -106,15 +107,53 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     )
 
 
-def aligned_along(state: Numbers, change: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
-    """Derivative of :func:`aligned` along a change of the state.
+class _Changing:
+    """A number or an array, with its change to first order."""
 
-    The central difference is the exact derivative at any distance, because the field is quadratic.
+    # Numbers of NumPy leave products with this one to it.
+    __array_ufunc__ = None
+
+    def __init__(self, value: Any, change: Any) -> None:
+        self.value, self.change = value, change
+
+    def __add__(self, other: _Changing) -> _Changing:
+        return _Changing(self.value + other.value, self.change + other.change)
+
+    def __sub__(self, other: _Changing) -> _Changing:
+        return _Changing(self.value - other.value, self.change - other.change)
+
+    def __mul__(self, other: _Changing) -> _Changing:
+        along = self.value * other.change + self.change * other.value
+        return _Changing(self.value * other.value, along)
+
+    def __rmul__(self, factor: Any) -> _Changing:
+        return _Changing(factor * self.value, factor * self.change)
+
+
+def aligned_along(state: Numbers, change: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
+    """Derivative of :func:`aligned` along a change of the state, however small or large it is."""
+    return tuple(x.change for x in aligned(list(map(_Changing, state, change)), c))
+
+
+def variational(c: AlignedCoefficients) -> Callable[[Any], tuple[Any, ...]]:
+    """The rates in t' of the aligned components and of a deviation from them, 12 numbers."""
+    return lambda y: (*aligned(y[:6], c), *aligned_along(y[:6], y[6:], c))
+
+
+def on_section(state: Numbers, c: AlignedCoefficients) -> tuple[list[Any], Any]:
+    """The state at which an orbit near M3 = 0 crosses it, and t' until then, of either sign.
+
+    Both are those of Taylor's series of the orbit to second order in this time.
     """
-    ahead, back = (
-        aligned([x + side * y for x, y in zip(state, change, strict=True)], c) for side in (1, -1)
-    )
-    return tuple((x - y) / 2 for x, y in zip(ahead, back, strict=True))
+    rates = aligned(state, c)
+    bends = [x / 2 for x in aligned_along(state, rates, c)]
+    late = -state[2] / rates[2]
+    late = late - bends[2] * late * late / rates[2]
+    terms = zip(state, rates, bends, strict=True)
+    end = [x + late * (rate + late * bend) for x, rate, bend in terms]
+    # M3 vanishes but for the third order.
+    end[2] = 0 * late
+    return end, late
 
 
 def hamiltonian_andoyer(a: Scalar, A: Numbers, beta0: Scalar, mu: Scalar, m: Elementary) -> Any:

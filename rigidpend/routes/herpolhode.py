@@ -16,7 +16,7 @@ from rigidpend.mechanics.coordinates import (
     canonical_from_aligned,
     scale,
 )
-from rigidpend.mechanics.equations import aligned, aligned_coefficients
+from rigidpend.mechanics.equations import aligned_coefficients, on_section
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers import Array, Numbers
 from rigidpend.orbits.integrate.passages import crosses
@@ -78,9 +78,8 @@ def follow(
     field, begin = in_space.field(problem.body), initial_state(problem, theta2_0)
     states = states_at(field, begin, times, engine=engine, tolerance=tolerance)
     at = np.searchsorted(times, crossing_time)
-    rates = aligned(states[:6, at], aligned_coefficients(problem.body.angles(), math))
-    # One Newton step: M3 at the route's crossing over its rate is the delay.
-    return RouteOrbit(t, states[:, np.searchsorted(times, t)], -states[2, at] / rates[2])
+    _, late = on_section(states[:6, at], aligned_coefficients(problem.body.angles(), math))
+    return RouteOrbit(t, states[:, np.searchsorted(times, t)], late)
 
 
 def initial_state(problem: RouteProblem, theta2_0: float) -> Array:

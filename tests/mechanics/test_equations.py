@@ -30,6 +30,8 @@ from tests.strategies import (
 
 MOMENTS = st.tuples(*[st.fractions("1/3", 5, max_denominator=9)] * 3)
 WEIGHTS = st.fractions(0, 3, max_denominator=9)
+SIX = st.tuples(*[st.fractions(-3, 3, max_denominator=9)] * 6)
+SIZES = 2.0**-60, 2.0**60
 
 
 @pytest.mark.slow
@@ -113,3 +115,16 @@ def test_agrees_aligned_with_euler_poisson(body: Body, M: Any, gamma: Any) -> No
     found = eq.aligned(aligned_from_body(M, gamma, body.alpha0, s), coefficients)
     size = mu + np.sum(M * M) / A[1] + np.sum(np.abs(M)) / (A[1] * s)
     assert largest_difference(found, expected) <= 1e-13 * size
+
+
+@examples(8, bodies(), SIX, SIX)
+def test_the_derivative_of_the_aligned_field_is_exact_along_changes_of_any_size(
+    body: Body, x: Any, along: Any
+) -> None:
+    c, y = eq.aligned_coefficients(body.angles(), np), np.array(along)
+    exactly = eq.AlignedCoefficients(*map(Fraction, c))
+    # The field is quadratic: its central difference in Fractions is the derivative.
+    ahead, back = (np.array(eq.aligned(x + side * y, exactly)) for side in (1, -1))
+    assert list(eq.aligned_along(x, y, exactly)) == list((ahead - back) / 2)
+    small, large = (eq.aligned_along(map(float, x), size * y.astype(float), c) for size in SIZES)
+    assert np.array(small) / SIZES[0] == pytest.approx(np.array(large) / SIZES[1], rel=0, abs=0)

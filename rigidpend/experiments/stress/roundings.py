@@ -7,14 +7,13 @@ roundings along the orbit; they are independent, so their squares add. Nothing i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.stress.scenes import TRUTH_BITS, Scene, followed, phase_errors
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
-from rigidpend.numbers import Array, Scalar
+from rigidpend.mechanics.equations import aligned, variational
+from rigidpend.numbers import Array
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
 
@@ -74,7 +73,7 @@ def deviations(scene: Scene, states: Array, end: float) -> tuple[Array, Array, A
 
     The errors are root mean squares of the components, from one rounding of each in every step.
     """
-    field = with_tangent(scene.c)
+    field = variational(scene.c)
     times = np.linspace(0.0, end, 2 + int(abs(end) / step(scene.u)))
     found, vectors = [(states, np.zeros(states.shape))], np.zeros((6, *states.shape))
     for _ in times[1:]:
@@ -111,7 +110,7 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     times = np.arange(0.0, until, SAMPLES / scene.u)
     # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
     start = np.r_[state, 0.0, 0.0, 0.0, -state[4], state[3], 0.0]
-    y = states_at(with_tangent(scene.c), start, times, tolerance=TOLERANCE)
+    y = states_at(variational(scene.c), start, times, tolerance=TOLERANCE)
     M3 = y[2]
     k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
     # Between samples M3 and its deviation are taken as linear, which is enough for a prediction.
@@ -119,20 +118,3 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     shift = (y[8, k] + share * (y[8, k + 1] - y[8, k])) / aligned(y[:6, k], scene.c)[2]
     logarithm = np.log(np.abs(shift))
     return times[k] + share * (times[k + 1] - times[k]), logarithm - logarithm[:1]
-
-
-def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
-    """The aligned field of 12 components: an orbit, and a small deviation from it.
-
-    Over many passages the deviation grows by more digits than doubles have, so that a difference
-    of orbits, as in `routes.symbolic.stretching`, would leave the orbit.
-    """
-
-    def field(y: Scalar) -> list[Any]:
-        # The derivative of the field in a direction is linear in it: a sum of those along the axes.
-        columns = (aligned_along(y[:6], axis, c) for axis in np.eye(6).tolist())
-        rows = zip(*columns, strict=True)
-        along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
-        return [*aligned(y[:6], c), *along]
-
-    return field

@@ -10,12 +10,11 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles, exactly
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import (
     OPERATIONS,
@@ -60,11 +59,6 @@ class PairArray:
         parts = np.zeros((2, *high.shape))
         parts[0] = high
         return cls(parts)
-
-    @classmethod
-    def number(cls, x: Fraction) -> PairArray:
-        """The pair nearest to a number."""
-        return cls(np.array(as_doubles(x, 2)))
 
     # NumPy's functions called on pairs come to these two; those that are not in the tables below
     # end as a TypeError, and never as arithmetic of objects.
@@ -263,11 +257,6 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     loop(out, *tables, len(a), rows, wide)
     found = out[..., :width].reshape(parts, rows, *shape)
     return PairArray(found) if parts > 1 else found[0]
-
-
-def in_doubles(values: Any, parts: int) -> Any:
-    """Doubles or pairs as sums of one or two doubles, shape (parts, ...)."""
-    return PairArray.of(values).parts[:parts]
 
 
 # sqrt, exp and atan2 begin with NumPy's function of the larger part, whose error is some 2^-53. A

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rigidpend.machine.workers import check_stop, side_by_side, spread
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, on_section
 from rigidpend.numbers import Array, Numbers
 from rigidpend.numbers.exact import fraction
 from rigidpend.orbits.integrate import Orbits, Outcome, crossings, in_unit
@@ -306,9 +306,9 @@ def at_crossings(
         else:
             given = c, there, exactly([steps])[None], bits, jobs
             there = states_at(*given, engine=engine, tolerance=local)[:, 0]
-        # Newton's step for M3(t) = 0. Doubles suffice for a correction.
+        # Doubles suffice for a correction.
         seen = there[0] if compiled else there.astype(float)
-        steps = -seen[2] / aligned(seen, floats)[2]
+        _, steps = on_section(seen, floats)
         if np.abs(steps).max() < late * unit:
             break
     if states.dtype != object:

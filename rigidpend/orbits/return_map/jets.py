@@ -49,10 +49,10 @@ class Jet:
         self.parts = {degree: a.floats(part) for degree, part in self.parts.items()}
 
     def __add__(self, other: Jet) -> Jet:
-        return _JetSum(self, other, 1)
+        return _JetSum(self, other)
 
     def __sub__(self, other: Jet) -> Jet:
-        return _JetSum(self, other, -1)
+        return _JetSum(self, -other)
 
     def __mul__(self, other: Any) -> Jet:
         return _JetProduct(self, other) if isinstance(other, Jet) else _JetScaled(self, other)
@@ -64,18 +64,18 @@ class Jet:
 
 
 class _JetSum(Jet):
-    """The sum a + b or, with sign -1, the difference a - b."""
+    """The sum of two series."""
 
-    def __init__(self, a: Jet, b: Jet, sign: int) -> None:
+    def __init__(self, a: Jet, b: Jet) -> None:
         super().__init__(a.tape, min(a.first, b.first))
-        self.a, self.b, self.sign = a, b, sign
+        self.a, self.b = a, b
 
     def find(self, degree: int) -> Any:
         a, b = self.a.part(degree), self.b.part(degree)
         # A summand has no part of a degree below its first one.
         if b is None:
             return a
-        return self.sign * b if a is None else a + self.sign * b
+        return b if a is None else a + b
 
 
 class _JetScaled(Jet):
@@ -117,15 +117,6 @@ class Reciprocal(Jet):
             return 1 / self.of.part(0)
         # The part of this degree of reciprocal times series vanishes; here it is solved for.
         return -self.part(0) * convolved(self, self.of, degree, range(0, degree, 2))
-
-
-class Deferred(Jet):
-    """A placeholder for the series `of`, which is set later."""
-
-    of: Jet
-
-    def find(self, degree: int) -> Any:
-        return self.of.part(degree)
 
 
 def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:

@@ -24,7 +24,7 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.pair_arrays import in_doubles
+from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.kernel_sums import Sums
 from rigidpend.orbits.return_map.program import FUNCTIONS, LEG, RATES, TABLE, Program
 
@@ -111,13 +111,14 @@ def _carried(
     parts = len(program.values)
     # Lanes without an orbit are computed too, from zeros, and their results are dropped.
     rows = np.zeros((parts, len(ROWS), stride))
-    rows[:, : len(begin), :n] = in_doubles(begin, parts)
+    rows[:, : len(begin), :n] = PairArray.of(begin).parts[:parts]
     rows[0, [IMAGE, INSIDE]] = 1.0
     rows[0, IMAGE, :n] = image
     times = np.empty((crossings, stride))
     beside = np.empty((crossings, stride), dtype=np.uint8)
     # Vectors for which the kernel needs room: see `Sums.make_room`.
-    vectors = program.vectors + (program.energies + 2 * max(1, program.most)) * parts
+    waves = 2 * max(1, program.harmonics[:, 0].max())
+    vectors = program.vectors + (program.energies + waves) * parts
     passages = _passages(program)
     # A call takes `abreast` groups of orbits, or one group for `further` of its crossings.
     further = max(1, AT_ONCE // LANES)

@@ -30,7 +30,7 @@ from rigidpend.orbits.return_map.expansions import (
     fourier_synthesis,
     phases,
 )
-from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
+from rigidpend.orbits.return_map.jets import Jet, Reciprocal, convolved
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
@@ -201,10 +201,10 @@ class _Finder:
         # M3 need parts of the rates. But M1^2 + M2^2, Qp Qm and `drop` begin with degree 2, so
         # that a part of J2 or M3 of degree D takes parts of 1/J2 and 1/S up to degree D - 2 only.
         per_J2, per_S, per_rate = (Reciprocal(self.tape) for _ in range(3))
-        M3 = Deferred(self.tape, 0)
-        rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
         # J2 - M3 = (M1^2 + M2^2)/(J2 + M3).
-        M3.of = J2 - rates.across * per_S
+        M1, M2 = c.momenta(*Q)
+        M3 = J2 - (M1 * M1 + M2 * M2) * per_S
+        rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
         J2.product, J2.drop = Q[0] * Q[1], rates.drop
         per_J2.of, per_S.of, per_rate.of = J2, J2 + M3, rates.psi
         return Q, [*(per_rate * rate for rate in (rates.Qp, rates.Qm, rates.theta3)), per_rate]
@@ -240,26 +240,18 @@ class _Finder:
             raise MapError("no Floquet frame is found: the periodic orbit is not hyperbolic")
         # The powers of degree 1 are in the order v, u.
         self._tell(1, [np.stack((row[1], row[0])) for row in P])
-        determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
-        self.inverse = [
-            [P[1][1] / determinant, -P[0][1] / determinant],
-            [-P[1][0] / determinant, P[0][0] / determinant],
-        ]
+        self.inverse = _inverse(P)
         self.P, self.exponent = P, [exponent]
         # The flow preserves an area, so the two diagonal means have to cancel: the first check.
         self.difference = [self._mean(rest[0][0]) + self._mean(rest[1][1])]
 
     def _left(self, A: Any, P: Any, exponent: Scalar) -> Any:
         """The residual P^-1 (A P - P') - diag(exponent, -exponent) of a frame, (2, 2, n, H)."""
-        determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
         columns = [
             [A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j]) for i in (0, 1)]
             for j in (0, 1)
         ]
-        found = [
-            [(P[1][1] * x - P[0][1] * y) / determinant for x, y in columns],
-            [(P[0][0] * y - P[1][0] * x) / determinant for x, y in columns],
-        ]
+        found = [[a * x + b * y for x, y in columns] for a, b in _inverse(P)]
         found[0][0] = found[0][0] - exponent
         found[1][1] = found[1][1] + exponent
         return found
@@ -385,6 +377,13 @@ class _Finder:
         off = [a.largest(x) * radius ** (2 * k) / rate for k, x in enumerate(self.difference)]
         series = np.stack(odd, axis=1), tau, exponent, rotation
         return NormalForm(energies, degree, self.n, *series, radius, max(off))
+
+
+def _inverse(P: Any) -> list[list[Any]]:
+    """The inverse of a matrix (2, 2, ...)."""
+    (a, b), (c, d) = P
+    determinant = a * d - b * c
+    return [[d / determinant, -b / determinant], [-c / determinant, a / determinant]]
 
 
 def _expanded(parts: list[Any], analysis: Any, to_energy: Any) -> Any:

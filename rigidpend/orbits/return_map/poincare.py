@@ -60,7 +60,7 @@ def section_point(rising: Any, state: Numbers, c: Coefficients, a: Precision) ->
     large, small = np.where(rising, Qp, Qm), np.where(rising, Qm, Qp)
     side = np.where(a.floats(large) > 0, 1.0, -1.0)
     # From here on the state is that on separatrix 2 or 3: side -1 negates M1, M2 and gamma3.
-    M1, M2 = side * (Qp + Qm) * c.to_M1, side * (Qp - Qm) * c.to_M2
+    M1, M2 = (side * x for x in c.momenta(Qp, Qm))
     J2 = a.sqrt(M1 * M1 + M2 * M2)
     return side * small, a.atan2(-side * gamma3, (gamma2 * M1 - gamma1 * M2) / J2), side
 
@@ -148,7 +148,7 @@ def _weight(M1: Any, M2: Any, c: Coefficients) -> Any:
 def rotation_phase(state: Numbers, c: Coefficients, a: Precision) -> Any:
     """The angle psi of :mod:`reduced` at states (6, ...) with M3 > 0, radians in (-pi, pi]."""
     Qp, Qm, M3, gamma1, gamma2, gamma3 = state
-    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    M1, M2 = c.momenta(Qp, Qm)
     J2 = a.sqrt(M1 * M1 + M2 * M2 + M3 * M3)
     # R takes e3 to m. Its inverse takes gamma, which is perpendicular to M as J3 = 0, to
     # gamma - (M + J2 e3) gamma3/(J2 + M3) = cos(psi) e1 - sin(psi) e2.
@@ -159,5 +159,6 @@ def rotation_phase(state: Numbers, c: Coefficients, a: Precision) -> Any:
 def rotation_rate(state: Numbers, psi: Any, c: Coefficients) -> Any:
     """The rate of :func:`rotation_phase` in t', from states and their phases in doubles."""
     Qp, Qm, M3, *_ = state
-    J2 = np.sqrt(((Qp + Qm) * c.to_M1) ** 2 + ((Qp - Qm) * c.to_M2) ** 2 + M3**2)
+    M1, M2 = c.momenta(Qp, Qm)
+    J2 = np.sqrt(M1**2 + M2**2 + M3**2)
     return reduced((Qp, Qm), (np.cos(psi), np.sin(psi)), (J2, M3, 1 / J2, 1 / (J2 + M3)), c).psi

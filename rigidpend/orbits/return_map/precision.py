@@ -63,7 +63,7 @@ class Precision:
     def number(self, x: Scalar) -> Any:
         """A number of this precision from an int, float, Fraction, Exact or number of mpmath."""
         if self.in_pairs:
-            return PairArray.number(self._fraction(x))
+            return PairArray(in_parts(self._fraction(x), PAIRS))
         if isinstance(x, Exact):
             x = x.at(self.bits + GUARD_BITS)
         if self.dtype == object:

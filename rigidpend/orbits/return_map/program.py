@@ -33,7 +33,7 @@ import numpy as np
 from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
-from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
+from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.charts import Charts
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis
@@ -124,8 +124,6 @@ class Program(NamedTuple):
     """Number of Chebyshev polynomials of the energy."""
     vectors: int
     """Number of vectors that the coefficients of a group of orbits, at their energies, fill."""
-    most: int
-    """Largest number of harmonics of a table."""
     legs: Any
     """(3, LEG) int64: the legs from the start, from upward and from downward crossings."""
     harmonics: Any
@@ -185,7 +183,6 @@ def program(
         bits,
         nf.energies.n,
         writer.vectors,
-        max(count for count, _ in writer.harmonics),
         np.array(rows, dtype=np.int64),
         np.array(writer.harmonics, dtype=np.int64),
         np.array(writer.lengths, dtype=np.int64),
@@ -348,7 +345,7 @@ class _Writer:
 
     def _parted(self, terms: Any) -> tuple[Any, Any]:
         """Coefficients as sums of doubles, (parts, energies, ..., 3), and a mask of sharp ones."""
-        values = in_doubles(terms, self.parts)
+        values = PairArray.of(terms).parts[: self.parts]
         sizes = np.abs(values[0])
         # In doubles nothing is to be divided.
         return values, (sizes > negligible(sizes, self.limit)) & (self.parts > 1)

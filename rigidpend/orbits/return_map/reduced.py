@@ -29,6 +29,10 @@ class Coefficients(NamedTuple):
     to_M2: Any
     """1/(2 sin(alpha0/2)), the factor from Qp - Qm to M2."""
 
+    def momenta(self, Qp: Any, Qm: Any) -> tuple[Any, Any]:
+        """M1 and M2 of components Qp and Qm: numbers, arrays or power series."""
+        return (Qp + Qm) * self.to_M1, (Qp - Qm) * self.to_M2
+
 
 def coefficients(p: Angles, unit: str, a: Precision) -> Coefficients:
     """The coefficients of a body, with M in units of 1/`unit` (so mu of 1/unit^2).
@@ -48,7 +52,7 @@ def rounded(c: Coefficients) -> Coefficients:
 
 
 class ReducedRates(NamedTuple):
-    """Rates of change in t', with two functions that the energy and M3 need."""
+    """Rates of change in t', with a function that the energy needs."""
 
     Qp: Any
     Qm: Any
@@ -56,8 +60,6 @@ class ReducedRates(NamedTuple):
     theta3: Any
     drop: Any
     """mu (cos(psi + beta0/2) - r . gamma)."""
-    across: Any
-    """M1^2 + M2^2."""
 
 
 def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates:
@@ -78,9 +80,10 @@ def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates
     gamma3 = -(M1 cos(psi) - M2 sin(psi))/J2. Power series have no division: hence the reciprocals.
     """
     (Qp, Qm), (cos, sin), (J2, M3, per_J2, per_S), k = Q, turn, size, c.aligned
-    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    M1, M2 = c.momenta(Qp, Qm)
     lean = M1 * cos - M2 * sin
-    weight = _weight(Qp, Qm, c)
+    # mu r . M, as r3 = 0.
+    weight = M1 * k.mu_r1 + M2 * k.mu_r2
     # From gamma by the rotation R: mu r . gamma = mu cos(psi + beta0/2) - drop.
     drop = weight * lean * per_J2 * per_S
     gamma3 = -lean * per_J2
@@ -91,7 +94,6 @@ def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates
         psi=J2 * k.kappa - Qp * Qm * per_S + drop * per_J2,
         theta3=weight * per_J2 * per_J2,
         drop=drop,
-        across=M1 * M1 + M2 * M2,
     )
 
 
@@ -106,11 +108,5 @@ def theta3_rate(M: Any, c: Coefficients) -> Any:
     It is mu (r1 M1 + r2 M2)/J2^2.
     """
     Qp, Qm, M3 = M
-    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
-    return _weight(Qp, Qm, c) / (M1 * M1 + M2 * M2 + M3 * M3)
-
-
-def _weight(Qp: Scalar, Qm: Scalar, c: Coefficients) -> Any:
-    """The product mu r . M = mu (r1 M1 + r2 M2), where r3 = 0."""
-    k = c.aligned
-    return (Qp + Qm) * (c.to_M1 * k.mu_r1) + (Qp - Qm) * (c.to_M2 * k.mu_r2)
+    M1, M2 = c.momenta(Qp, Qm)
+    return (M1 * c.aligned.mu_r1 + M2 * c.aligned.mu_r2) / (M1 * M1 + M2 * M2 + M3 * M3)

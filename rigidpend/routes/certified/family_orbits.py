@@ -74,7 +74,8 @@ def to_crossing(
     """
     field = setting.coefficients.aligned
     doubles = AlignedCoefficients(*map(float, field))
-    # Newton's method for M3 = 0.
+    # Newton's method for M3 = 0. Times may be far off, where a second order, as that of
+    # `on_section`, leads astray.
     for _ in range(2):
         ends = states_at(field, begin, PairArray.of(times[None]), 106, tolerance=TOLERANCE)
         states = IN_PAIRS.floats(ends)[:, 0]

@@ -32,10 +32,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import aligned, on_section
 from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
-from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -268,28 +267,23 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     check_told(orbit.chain)
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
-    fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))
     h, turn = a.number(level.energy.at(a.bits)), 2 * a.pi
-    rounded, closely = (np.frompyfunc(lambda x, n=n: fraction(x, n), 1, 1) for n in (bits, a.bits))
 
     def gaps(places: Any, ends: Any, times: Any) -> tuple[Any, Any]:
         """Gaps (n, 2) in (d, chi) of passages from `places` to `ends`, and delays t', (n,)."""
-        d, chi = a.array(places.T)
-        states = rounded(section_states(d, chi, h, c, a))
-        reached = states_at(fractions, states, times[None], bits)[:, 0]
-        rates = np.array(aligned(reached, fractions))
-        late = -reached[2] / rates[2]
-        # Times are so close that one step along the orbit leads to the section.
-        point = section_points(a.array(reached + late * rates), c, a)
-        off = np.stack((point.d, point.chi), axis=1) - a.array(ends)
+        d, chi = places.T
+        states = section_states(d, chi, h, c, a)
+        crossed, late = on_section(states_at(c.aligned, states, times[None], bits)[:, 0], c.aligned)
+        point = section_points(crossed, c, a)
+        off = np.stack((point.d, point.chi), axis=1) - ends
         # chi is known but for whole turns.
         off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))
-        return closely(off), late
+        return off, late
 
     slopes, n = tangents(chain)[:, :2], len(chain.b)
     # The change of chi behind a passage by a relative rounding of d, or by one of chi, before it.
     grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], np.ones(n)), axis=1)).max())
-    met = Fraction(max(2.0**LOST, GROWN * grown)) / 2**bits
+    met = max(2.0**LOST, GROWN * grown) * 2.0**-bits
     # A change at the end of a passage, grown by those behind it to the end of the period, from the
     # last passage on.
     behind = itertools.accumulate(slopes[:0:-1], np.matmul, initial=np.eye(2))
@@ -297,15 +291,15 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     if growth * met > MOVED:
         raise NoOrbit(
             f"a period of {orbit.word} with {orbit.half_turns} half rotations in each passage grows"
-            f" roundings of {bits} bits to {float(growth * met):.1g} rad, which verifies nothing:"
+            f" roundings of {bits} bits to {growth * met:.1g} rad, which verifies nothing:"
             " verify shorter words, or give passages fewer half rotations"
         )
     # Corrections are those of the chain, in the angles of its passages: of I they lose nothing,
     # which a crossing in doubles tells the less the longer the passage is.
     system, units = System(level, None, np.sign(chain.I), 0.0), np.array([level.widest_d, 1.0])
     by = system.evaluated(chain.unknowns)[1]
-    begin = places = exactly([np.stack((chain.d, chain.chi), axis=1)[:-1]])
-    times = exactly([chain.time])
+    begin = places = a.array(np.stack((chain.d, chain.chi), axis=1)[:-1])
+    times = a.array(chain.time)
     for _ in range(ROUNDS):
         off, late = gaps(places, np.roll(places, -1, axis=0), times)
         times, size = times + late, np.abs(off).max()
@@ -316,18 +310,18 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         left = np.roll((off / size).astype(float) / units, 1, axis=0)
         angles = system.corrections(left.T[::-1], by)[1:].reshape(n, 2)
         step = np.einsum("ijn,nj->ni", by[::-1, 2:], angles) * units
-        moved = float(np.abs(step).max() * size)
+        moved = a.largest(step * size)
         if moved > MOVED:
             raise NoOrbit(
                 f"the orbit of {orbit.word} does not come to close: a correction is {moved:.1g}"
                 f" rad; its surfaces are split by {level.splitting:.1g}"
             )
-        places = places + exactly([step]) * size
+        places = places + step * size
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
     period, first = times.sum(), places[:1]
-    error = float(np.abs(gaps(first, first, np.array([period]))[0]).max())
-    moved = float(np.abs(places - begin).max())
+    error = a.largest(gaps(first, first, np.array([period]))[0])
     # Integrated as a whole, the passages round otherwise than alone: both kinds count.
     expected = growth * (float(size) + (1 + GROWN * grown) * 2.0**-bits)
-    return Closing(error, expected, moved, period, tuple(first[0]))
+    d, chi = map(fraction, first[0])
+    return Closing(error, expected, a.largest(places - begin), fraction(period), (d, chi))

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
+from rigidpend.mechanics.equations import AlignedCoefficients, on_section
 from rigidpend.numbers import Array, Numbers
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.orbits.integrate.arithmetic import LADDER, PAIRS, rung
@@ -164,20 +164,8 @@ class Legs:
             here = kinds == kind
             given = begun[:, here], times[None, here], kind, self.jobs
             reached[:, here] = states_at(self.c, *given)[:, 0]
-        ends, late = self._on_section(reached)
+        ends, late = on_section(reached, self.c)
         # The mirror image by the symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3).
         for component in (0, 1, 5):
-            ends[component, self.mirrored[legs]] *= -1
-        return ends, late
-
-    def _on_section(self, state: Any) -> tuple[Any, Any]:
-        """Crossings of M3 = 0 near states, and their delays t', to second order in the delay."""
-        # Taylor's series of the orbit to second order; `bend` is half of the second derivative.
-        rates = np.array(aligned(state, self.c))
-        bend = np.array(aligned_along(state, rates, self.c)) / 2
-        late = -state[2] / rates[2]
-        late = late - bend[2] * late**2 / rates[2]
-        end = state + late * (rates + late * bend)
-        # M3 vanishes but for the third order.
-        end[2] *= 0
-        return end, late
+            ends[component][self.mirrored[legs]] *= -1
+        return np.array(ends), late

@@ -180,7 +180,7 @@ class Launch:
         v = np.full(len(psi), np.sqrt(J1))
         for _ in range(MOST_ITERATIONS):
             Qp, Qm, tau = made.placed(psi, zero, v)
-            M1, M2 = (Qp + Qm) * self.doubles.to_M1, (Qp - Qm) * self.doubles.to_M2
+            M1, M2 = self.doubles.momenta(Qp, Qm)
             here = self._action(psi, Qp, Qm, M1, M2)
             # J1 is nearly proportional to v^2.
             v = v * np.sqrt(J1 / here)
@@ -248,7 +248,7 @@ class Launch:
         # The reversor, for `rotation_phase` knows the upper orbit alone.
         image = np.stack((Qp, Qm, -M3, gamma1, gamma2, -gamma3))
         theta2 = self.zero_phase - rotation_phase(image, self.c, a)
-        M1, M2 = (Qp + Qm) * self.c.to_M1, (Qp - Qm) * self.c.to_M2
+        M1, M2 = self.c.momenta(Qp, Qm)
         J2 = a.sqrt(M1 * M1 + M2 * M2 + M3 * M3)
         J1 = (M1 * M1 + M2 * M2) / (2 * (J2 - M3))
         return self.p.beta0 + 2 * a.atan2(M1, M2), J1, theta2, J2

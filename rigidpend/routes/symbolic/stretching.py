@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
+from rigidpend.mechanics.equations import aligned, variational
 from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
@@ -43,12 +43,6 @@ BENDING = 3.0
 Derivatives of the passage behind the crossing contain harmonics of chi, which change as much as chi
 relatively. So do those of the passage before it, which are also proportional to 1/U: the relative
 change of U is Lambda < 1 times that of chi."""
-PIECES = 4
-"""Pieces of equal time, for each passage, in which the variational equations are integrated.
-
-A step is as long as the largest component allows, be it of the deviation or of the orbit. With a
-body of nu = 26 deviations grow by up to e^38 in three passages; where they were not scaled down in
-between, the orbit itself was lost as soon as they were 1e16."""
 
 
 def stretching(chain: Chain) -> Array:
@@ -96,7 +90,7 @@ def frame(point: SectionPoint, h: Any, c: Coefficients) -> Array:
 def euclidean(deviations: Array, c: Coefficients) -> Array:
     """Changes of (M', gamma) in principal axes, (6, ...), from those of the aligned components."""
     Qp, Qm, *others = deviations
-    return np.stack(((Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2, *others))
+    return np.stack((*c.momenta(Qp, Qm), *others))
 
 
 def product(one: Array, other: Array) -> Array:
@@ -227,38 +221,16 @@ def integrated(found: Stretched) -> Array:
     c, a, at = found.coefficients, precision(53), (*found.begin, found.level.h)
     begun, off = section_state(*at, found.coefficients, a), section_tangents(*at, c, a)
     unit = np.linalg.inv(np.moveaxis(frame(found.begin, found.level.h, c), -1, 0))
-    ended, logs = [], []
+    rates, ended = variational(c.aligned), []
     for beside in np.einsum("ijn,njk->kin", off, unit):
-        end, scaled = _carried(found, np.concatenate((begun, beside)))
+        end = states_at(rates, np.concatenate((begun, beside)), found.time[None])[:, 0]
         flow = np.array(aligned(end[:6], c.aligned))
         # At a fixed time the deviation leaves the section: back to M3 = 0 along the orbit.
         ended.append(euclidean(end[6:] - flow * (end[8] / flow[2]), c))
-        logs.append(scaled)
-    most = np.maximum(*logs)
-    one, other = (each * np.exp(log - most) for each, log in zip(ended, logs, strict=True))
+    # Scaled to the size of one, for squares of what has grown much overflow.
+    most = np.abs(ended).max(axis=(0, 1))
+    one, other = ended / most
     # The larger eigenvalue of their Gram matrix is the square of the larger singular value.
     sizes = (one * one).sum(axis=0), (other * other).sum(axis=0)
     both = np.hypot(sizes[0] - sizes[1], 2 * (one * other).sum(axis=0))
-    return np.asarray(most + np.log((sum(sizes) + both) / 2) / 2)
-
-
-def _carried(found: Stretched, states: Array) -> tuple[Array, Array]:
-    """Orbits with a deviation, (12, N), at the last crossings, and ln of what it is scaled by."""
-    rates, pieces = variational_equations(found.coefficients.aligned), PIECES * len(found.symbols)
-    logs = np.zeros(states.shape[1])
-    for _ in range(pieces):
-        states = states_at(rates, states, found.time[None] / pieces)[:, 0]
-        # The equations are linear in the deviation.
-        sizes = np.abs(states[6:]).max(axis=0)
-        states[6:] /= sizes
-        logs += np.log(sizes)
-    return states, logs
-
-
-def variational_equations(c: AlignedCoefficients) -> Any:
-    """The rates in t' of the aligned components and of a deviation from them, 12 numbers."""
-
-    def rates(state: Any) -> tuple[Any, ...]:
-        return (*aligned(state[:6], c), *aligned_along(state[:6], state[6:], c))
-
-    return rates
+    return np.asarray(np.log(most) + np.log((sum(sizes) + both) / 2) / 2)

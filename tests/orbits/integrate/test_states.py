@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients, on_section
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import WEIGHTS, states
 from rigidpend.orbits.integrate.kernel import following, machine_code
@@ -261,6 +261,15 @@ def test_crossings_are_sought_until_none_is_late_and_what_is_left_is_told() -> N
     assert np.abs(once[2][1:]).max() < 1e-12
     assert np.abs(settled[2]).max() < 1e-12
     assert float(settled[0][0] - once[0][0]) == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_order_of_a_crossing_beside_a_state_is_the_third_in_the_time_between() -> None:
+    there, off = np.array([0.9, 0.2, 0.0, 0.4, -0.6, 0.7]), np.array([0.02, 0.04])
+    end, late = on_section(states_at(C, there, off), C)
+    assert end[2].tolist() == [0, 0]
+    near, far = np.abs([*(end - there[:, None])[[0, 1, 3, 4, 5]], late + off]).T
+    assert far.max() < 1e-4
+    assert min(far / near) > 7.5
 
 
 def test_crossings_in_many_bits_are_the_same_in_far_units_of_M_and_by_two_threads() -> None:
