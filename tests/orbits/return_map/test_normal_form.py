@@ -89,9 +89,8 @@ def test_order_points_are_put_into_the_normal_form_to_rounding(
     at = form.inverted(psi, *beside)
     off = np.abs(np.stack(form.placed(psi, at.u, at.v)[:2]) - beside)
     assert a.largest(off / np.abs(beside).max(axis=0)) < 2e-15 * 2.0 ** (53 - bits)
-    # Blocks have room for all terms of their points.
-    terms = sum(len(powers(degree, parity)) for parity in (0, 1))
-    blocks.assert_called_once_with((points,), terms, None)
+    # Blocks have room for the terms of each of their points, all up to the degree in u and in v.
+    blocks.assert_called_once_with((points,), (degree + 1) ** 2, None)
 
 
 @pytest.mark.parametrize(("bits", "degree"), [(70, 21), (96, 29)])
