@@ -9,13 +9,13 @@ equations runs on series as it runs on numbers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.precision import Precision
 
 
 class Jet:
@@ -41,12 +41,9 @@ class Jet:
         """Compute the part of a degree; LookupError if it has to be set from outside."""
         raise LookupError(f"the part of degree {degree} is not told yet")
 
-    def go_on_in_doubles(self, a: Precision) -> None:
-        """Round the known parts to doubles; further parts are then computed in doubles.
-
-        `a` is the precision of the known parts.
-        """
-        self.parts = {degree: a.floats(part) for degree, part in self.parts.items()}
+    def go_on(self, rougher: Callable[[Any], Any]) -> None:
+        """Go on with other numbers, or other nodes, which a function gives for known parts."""
+        self.parts = {degree: rougher(part) for degree, part in self.parts.items()}
 
     def __add__(self, other: Jet) -> Jet:
         return _JetSum(self, other, 1)
@@ -88,9 +85,9 @@ class _JetScaled(Jet):
     def find(self, degree: int) -> Any:
         return self.factor * self.a.part(degree)
 
-    def go_on_in_doubles(self, a: Precision) -> None:
-        super().go_on_in_doubles(a)
-        self.factor = a.floats(self.factor)
+    def go_on(self, rougher: Callable[[Any], Any]) -> None:
+        super().go_on(rougher)
+        self.factor = rougher(self.factor)
 
 
 class _JetProduct(Jet):

@@ -67,7 +67,7 @@ class Orders(NamedTuple):
             math.ceil(self.n_x * x),
             odd(self.n_phase * phase),
             odd(self.n_phase_inverse * phase),
-            math.ceil(self.n_energy * energy),
+            math.ceil(self.n_energy * energy) if self.n_energy > 1 else 1,
             self.length,
         )
 

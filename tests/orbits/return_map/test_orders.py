@@ -44,6 +44,11 @@ def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
     assert Orders(21, 31, 11, 41, 51, 6, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
 
 
+def test_a_map_of_one_energy_has_no_more_nodes_in_another_attempt() -> None:
+    unexplained = Errors(0, 0, 0, ALLOWED, 0, 0, 0)
+    assert Orders(21, 31, 11, 41, 51, 1, 2.5).larger(unexplained, ALLOWED).n_energy == 1
+
+
 @pytest.mark.parametrize(("energies", "more"), [(6, 8), (1, 1)])
 def test_a_design_has_so_many_terms_more_and_arcs_in_its_own_unit(energies: int, more: int) -> None:
     """At one energy there is nothing to add."""
