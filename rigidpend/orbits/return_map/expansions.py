@@ -19,7 +19,7 @@ import numpy as np
 from rigidpend.numbers import Scalar
 from rigidpend.orbits.return_map.precision import Precision, product
 
-AT_ONCE = 512
+AT_ONCE = 1024
 """Number of points that are worked on together, so few that their arrays stay in a core's cache."""
 ROOM = 2**19
 """Largest number of terms of the series of a block's points.

@@ -27,6 +27,8 @@ class Jet:
     def __init__(self, tape: list[Jet], first: int) -> None:
         self.tape, self.first = tape, first
         self.parts: dict[int, Any] = {}
+        self.factor_of_others = False
+        """True if it is a factor of products, which take its parts of all degrees."""
         tape.append(self)
 
     def part(self, degree: int) -> Any:
@@ -43,7 +45,8 @@ class Jet:
 
     def go_on(self, rougher: Callable[[Any], Any]) -> None:
         """Go on with other numbers, or other nodes, which a function gives for known parts."""
-        self.parts = {degree: rougher(part) for degree, part in self.parts.items()}
+        known = self.parts if self.factor_of_others else {}
+        self.parts = {degree: rougher(part) for degree, part in known.items()}
 
     def __add__(self, other: Jet) -> Jet:
         return _JetSum(self, other, 1)
@@ -127,6 +130,7 @@ class Deferred(Jet):
 
 def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:
     """The part of a product a b, summed over the degrees of a in `split`: (degree + 1, n, H)."""
+    a.factor_of_others = b.factor_of_others = True
     left, right = [a.part(i) for i in split], [b.part(degree - i) for i in split]
     if isinstance(left[0], PairArray) or left[0].dtype == float:
         return pair_arrays.convolved(left, right)

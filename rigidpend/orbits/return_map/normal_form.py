@@ -320,7 +320,7 @@ class _Finder:
         left, a = digits / all_digits, precision(53) if digits < 53 else whole
         n = min(self.n, 2 * math.ceil(left * phases_ / 2) + 1 + SPARE_PHASES)
         H = min(self.H, math.ceil(left * energies) + SPARE_ENERGIES)
-        if a is self.a and 2 * n * H > self.n * self.H:
+        if a is self.a and 3 * n * H > 2 * self.n * self.H:
             return
         by_phase = fourier_synthesis(n, self.n, a) @ fourier_analysis(self.n, a)
         by_energy = (chebyshev_synthesis(H, self.H, a) @ chebyshev_analysis(self.H, a)).T

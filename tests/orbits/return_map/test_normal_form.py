@@ -99,7 +99,7 @@ def test_terms_in_doubles_at_fewer_nodes_leave_less_than_an_eighth_of_a_rounding
 ) -> None:
     """Each leaves a part, `GUARD_SHARE`; a rounding is of the largest at |u|, |v| = radius."""
     a, radius, n = precision(bits), 1 / 16, 29
-    at = Interval(a.number(1.3342), a.number(0.01 * (energies > 1)), energies)
+    at = Interval(a.number(1.3342), a.number(0.001 * (energies > 1)), energies)
     given: Any = (coefficients_of(FIG4, bits), at, degree, n, radius, a)
     found = normal_form(*given)
     monkeypatch.setattr(module, "GUARD_SHARE", 1e-300)
