@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -221,25 +222,25 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
 def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
     """The coordinates u and v in doubles, from a start at 0 by terms of growing degree."""
     u, v = 0 * Qp, 0 * Qp
-    degree, late = 1, 0
+    # A correction doubles the correct digits, so twice as many terms matter from now on; terms that
+    # are smaller than the error of u and v are left out.
+    halvings, late = series.degree.bit_length() - 1, 0
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while late < MOST_ITERATIONS:
-            if degree < max(series.degree, 2):
-                # Terms that are smaller than the error of u and v are left out until they matter.
+            if halvings or series.degree == 1:
+                degree = math.ceil(series.degree / 2**halvings)
                 (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
             else:
-                # The slopes of the pass before, with at least half of the degree, are good enough;
-                # at degree 1 there was none before.
+                # The slopes of the pass before, with half of the degree, are good enough.
                 p, m, *_ = series.values(u, v)
             du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv
             off = _relative(du, dv, u, v, precision(53))
-            if degree >= series.degree and off < SETTLED:
+            if not halvings and off < SETTLED:
                 return u, v
             if not off < np.inf:
                 break
-            # A correction doubles the correct digits, so twice as many terms matter from now on.
-            degree, late = 2 * degree + 1, late + (degree >= series.degree)
+            halvings, late = max(halvings - 1, 0), late + (not halvings)
     raise MapError(OUT_OF_REACH)
 
 
@@ -292,7 +293,9 @@ class TorusSeries:
         made.degree, made.series = min(D, self.degree), []
         for c, parity in self.series:
             some = c[..., : D + 1, : D // 2 + 1]
-            made.series.append((some * (sum(_exponents(some, parity)) >= least_degree), parity))
+            if least_degree:
+                some = some * (sum(_exponents(some, parity)) >= least_degree)
+            made.series.append((some, parity))
         return made
 
     def least_degrees(self, u: float, v: float, *shares: float) -> list[int]:

@@ -211,7 +211,7 @@ class _Finder:
         rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
         # J2 - M3 = (M1^2 + M2^2)/(J2 + M3).
         M3.of = J2 - rates.across * per_S
-        J2.product, J2.drop = Q[0] * Q[1], rates.drop
+        J2.product, J2.drop = rates.product, rates.drop
         per_J2.of, per_S.of, per_rate.of = J2, J2 + M3, rates.psi
         return Q, [*(per_rate * rate for rate in (rates.Qp, rates.Qm, rates.theta3)), per_rate]
 
