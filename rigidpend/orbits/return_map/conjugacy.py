@@ -224,23 +224,22 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
     u, v = 0 * Qp, 0 * Qp
     # A correction doubles the correct digits, so twice as many terms matter from now on; terms that
     # are smaller than the error of u and v are left out.
-    halvings, late = series.degree.bit_length() - 1, 0
+    all_terms = series.degree.bit_length() - 1
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        while late < MOST_ITERATIONS:
-            if halvings or series.degree == 1:
-                degree = math.ceil(series.degree / 2**halvings)
-                (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
-            else:
+        for k in range(all_terms + MOST_ITERATIONS):
+            if k == all_terms > 0:
                 # The slopes of the pass before, with half of the degree, are good enough.
                 p, m, *_ = series.values(u, v)
+            else:
+                degree = math.ceil(series.degree / 2 ** max(all_terms - k, 0))
+                (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
             du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv
             off = _relative(du, dv, u, v, precision(53))
-            if not halvings and off < SETTLED:
+            if k >= all_terms and off < SETTLED:
                 return u, v
             if not off < np.inf:
                 break
-            halvings, late = max(halvings - 1, 0), late + (not halvings)
     raise MapError(OUT_OF_REACH)
 
 

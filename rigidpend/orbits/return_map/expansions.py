@@ -24,8 +24,8 @@ AT_ONCE = 1024
 ROOM = 2**19
 """Largest number of terms of the series of a block's points.
 
-The coefficients then take some 25 MB. Larger arrays get new pages of memory at each use, which
-takes longer than the sums: at degree 67 a map took 1.4 times as long with four times as many."""
+The coefficients then take some 6 MB in doubles. Larger arrays get new pages of memory at each use,
+which takes longer than the sums."""
 MOST_KEPT = 256
 """Number of sets of nodes, and of each kind of matrix, that are kept for the tables of all maps."""
 

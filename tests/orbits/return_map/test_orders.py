@@ -89,7 +89,7 @@ def test_a_map_of_larger_orders_costs_more(name: str) -> None:
     once, more = (building_seconds(rough, x, 53, theta3=True) for x in (orders, twice))
     assert 1 < more / once < 8
     # Where charts cost little a normal form costs as the cube of its degree.
-    forms = (Orders(n, 99, 2, 3, 3, 9, 2.5) for n in (50, 100))
+    forms = (Orders(n, 99, 2, 3, 3, 9, 2.5) for n in (400, 800))
     few, many = (building_seconds(rough, x, 53, theta3=False) for x in forms)
     assert 7.5 < many / few < 8.2
 
