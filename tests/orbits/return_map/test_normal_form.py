@@ -72,12 +72,13 @@ def test_the_normal_form_ends_with_the_first_terms_that_are_small_enough(least: 
 
 
 @pytest.mark.parametrize(
-    ("bits", "degree", "n_phase", "points"), [(53, 21, 21, 1200), (53, 1, 21, 3), (113, 5, 11, 2)]
+    ("bits", "degree", "n_phase", "points"),
+    [(53, 21, 21, 1200), (53, 7, 21, 200), (53, 1, 21, 3), (113, 5, 11, 2)],
 )
 def test_order_points_are_put_into_the_normal_form_to_rounding(
     bits: int, degree: int, n_phase: int, points: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where slopes of half the degree do, the last correction leaves no more than that."""
+    """Slopes of half the degree serve one correction: of few degrees they leave too much."""
     blocks = Mock(wraps=in_blocks)
     monkeypatch.setattr(conjugacy, "in_blocks", blocks)
     a, random = precision(bits), np.random.default_rng(4)
