@@ -249,7 +249,7 @@ def _solved(
     a = form.a
     low = forward._replace(width=float(forward.width), values=a.floats(forward.values))
     rough = a.floats(goal[0]), a.floats(goal[1])
-    begin, slopes, at = _newton(rising, low, form.in_doubles(series=False), rough)
+    begin, slopes, at = _newton(rising, low, form.in_doubles(), rough)
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
         value = forward.look_up(d, chi, a)

@@ -97,6 +97,8 @@ class TorusForm:
     ) -> None:
         self.nf, self.h, self.a, self.counts, self.shared = nf, h, a, counts, shared
         self.weights = nf.energies.basis(h, a) if weights is None else weights
+        self._at_energies: dict[tuple[int, int], Any] = {}
+        self._whole: tuple[TorusForm, slice] | None = None
 
     @functools.cached_property
     def exponent(self) -> Any:
@@ -111,19 +113,42 @@ class TorusForm:
     def part(self, groups: slice, counts: Any) -> TorusForm:
         """The same for some of the groups, with `counts` points in each of them."""
         given = self.nf, self.h[groups], self.a, counts, self.weights[groups]
-        return TorusForm(*given, self.shared and self.shared[groups])
+        found = TorusForm(*given, self.shared and self.shared[groups])
+        found._whole = self, groups
+        return found
 
-    def in_doubles(self, *, series: bool) -> TorusForm:
-        """The same with its rates in doubles, and with its series in doubles too if `series`."""
-        floats, nf = self.a.floats, self.nf
-        if series and self.a.bits > 53:
-            nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
-        given = nf, floats(self.h), precision(53), self.counts, floats(self.weights)
+    def at_energies(self, parity: int, terms: int) -> Any:
+        """The first terms of the odd (1) or the even (0) series at each energy, (E, n F terms)."""
+        if self._whole:
+            # Its parts share what a form has found.
+            form, groups = self._whole
+            return form.at_energies(parity, terms)[groups]
+        if (parity, terms) not in self._at_energies:
+            part = self.nf.series[1 - parity][..., :terms]
+            part = product(self.weights, part.reshape(self.weights.shape[1], -1))
+            self._at_energies[parity, terms] = part
+        return self._at_energies[parity, terms]
+
+    def in_doubles(self) -> TorusForm:
+        """The same with its rates in doubles; its series are left as they are."""
+        floats = self.a.floats
+        given = self.nf, floats(self.h), precision(53), self.counts, floats(self.weights)
         found = TorusForm(*given, self.shared)
         # These take the place of the cached properties: rounded last, so sharper than from rounded
         # weights.
         found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
         return found
+
+    @functools.cached_property
+    def rough(self) -> TorusForm:
+        """The same with its series in doubles."""
+        if self._whole:
+            form, groups = self._whole
+            return form.rough.part(groups, self.counts)
+        floats, nf = self.a.floats, self.nf
+        nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
+        given = floats(self.h), precision(53), self.counts, floats(self.weights)
+        return TorusForm(nf, *given, self.shared)
 
     def group_sizes(self, points: int) -> Any:
         """The number of points of each group, given the number of all points."""
@@ -156,8 +181,9 @@ class TorusForm:
         MapError
             A point lies outside of the range of the normal form.
         """
-        # Odd and even terms up to the degree.
-        rough, terms = self.in_doubles(series=True), math.comb(self.nf.degree + 2, 2)
+        # Each phase has series of its own, with room for odd and even terms; where points share
+        # phases these are few.
+        rough, terms = self.rough, 1 if self.shared else (self.nf.degree + 1) ** 2
         counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
         found = [
             _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))
@@ -176,8 +202,8 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
         # `values` gives Qp, Qm, sigma if it is known, and tau; here tau and sigma are wanted.
         return (u, v, *series.values(u, v)[:1:-1])
     # Terms behind `low` may be rounded to doubles; slopes need terms up to `fine` only.
-    size = max(doubles.largest(u), doubles.largest(v))
-    low, fine = series.least_degrees(size, GUARD_SHARE * 2.0 ** (53 - a.bits), GUARD_SHARE * SLOPES)
+    sizes, shares = map(doubles.largest, (u, v)), (2.0 ** (53 - a.bits), SLOPES)
+    low, fine = series.least_degrees(*sizes, *(GUARD_SHARE * share for share in shares))
     _, by_u, by_v = series.part(0, fine).slopes(u, v, every=True)
     head = TorusSeries(form, psi, low)
     tail = series.part(low + 1)
@@ -196,25 +222,24 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
 def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
     """The coordinates u and v in doubles, from a start at 0 by terms of growing degree."""
     u, v = 0 * Qp, 0 * Qp
-    degree, late = 1, 0
+    # A correction doubles the correct digits, so twice as many terms matter from now on; terms that
+    # are smaller than the error of u and v are left out.
+    all_terms = series.degree.bit_length() - 1
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        while late < MOST_ITERATIONS:
-            if degree < max(series.degree, 2):
-                # Terms that are smaller than the error of u and v are left out until they matter.
-                (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
-            else:
-                # The slopes of the pass before, with at least half of the degree, are good enough;
-                # at degree 1 there was none before.
+        for k in range(all_terms + MOST_ITERATIONS):
+            if k == all_terms > 0:
+                # The slopes of the pass before, with half of the degree, are good enough.
                 p, m, *_ = series.values(u, v)
+            else:
+                degree = math.ceil(series.degree / 2 ** max(all_terms - k, 0))
+                (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
             du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv
             off = _relative(du, dv, u, v, precision(53))
-            if degree >= series.degree and off < SETTLED:
+            if k >= all_terms and off < SETTLED:
                 return u, v
             if not off < np.inf:
                 break
-            # A correction doubles the correct digits, so twice as many terms matter from now on.
-            degree, late = 2 * degree + 1, late + (degree >= series.degree)
     raise MapError(OUT_OF_REACH)
 
 
@@ -231,10 +256,6 @@ class TorusSeries:
     def __init__(self, form: TorusForm, psi: Scalar, most_degree: int | None = None) -> None:
         nf, counts = form.nf, form.counts
         self.degree = nf.degree if most_degree is None else min(most_degree, nf.degree)
-        self.series: list[tuple[Any, Any]] = []
-        """Coefficients (phases, F, terms) and exponents (terms, 2).
-
-        Of the F functions Qp, Qm and sigma if it is known, then of tau."""
         self.runs = [(len(psi), 1)]
         """Numbers of successive phases, and of the points that share each of these."""
         if form.shared:
@@ -243,80 +264,108 @@ class TorusSeries:
             counts = [count for count, _ in self.runs]
             own = np.repeat(form.shared, counts)
             psi = psi[np.cumsum(own) - own]
-        basis, (groups, energies) = fourier_basis(psi, nf.n, form.a), form.weights.shape
+        basis, groups = fourier_basis(psi, nf.n, form.a), len(form.weights)
         alone = 1 < groups == len(psi)
         if alone:
             # Each phase has an energy of its own: one product of matrices sums over energy and
             # phase together. Otherwise the sum over energies is done once for each group.
             basis = (form.weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
             groups, counts = 1, None
-        for values, parity in zip(nf.series, (1, 0), strict=True):
+        self.series: list[tuple[Any, int]] = []
+        """Coefficients (phases, F, K, J), and the parity of total degrees: 1, then 0.
+
+        Those at [..., k, j] belong to v^k u^(2 j), or u^(2 j + 1) where k has not this parity. Of
+        the F functions Qp, Qm and sigma if it is known, then of tau."""
+        for parity in (1, 0):
             exponents = powers(self.degree, parity)
-            part = values[..., : len(exponents)]
-            if not alone:
-                part = product(form.weights, part.reshape(energies, -1))
+            part = nf.series[1 - parity][..., : len(exponents)]
+            of, part = part.shape[1], part if alone else form.at_energies(parity, len(exponents))
             part = grouped(basis, part.reshape(groups, basis.shape[1], -1), counts)
-            self.series.append((part.reshape(len(psi), -1, len(exponents)), exponents))
+            (j, k), shape = exponents.T, (len(psi), of, self.degree + 1, self.degree // 2 + 1)
+            c = np.zeros_like(part, shape=shape)
+            c[..., k, j // 2] = part.reshape(*shape[:2], -1)
+            self.series.append((c, parity))
 
     def part(self, least_degree: int, most_degree: int | None = None) -> TorusSeries:
-        """The terms of degrees `least_degree` to `most_degree`, or from `least_degree` on."""
-        made = copy.copy(self)
-        made.degree = self.degree if most_degree is None else min(most_degree, self.degree)
-        made.series = []
-        for c, exponents in self.series:
-            # The terms are in ascending order of degree, as `powers` lists them.
-            some = slice(*np.searchsorted(exponents.sum(axis=1), (least_degree, made.degree + 1)))
-            made.series.append((c[..., some], exponents[some]))
+        """The terms from `least_degree` on; and up to `most_degree` at least, if it is given."""
+        made, D = copy.copy(self), self.degree if most_degree is None else most_degree
+        made.degree, made.series = min(D, self.degree), []
+        for c, parity in self.series:
+            some = c[..., : D + 1, : D // 2 + 1]
+            if least_degree:
+                some = some * (sum(_exponents(some, parity)) >= least_degree)
+            made.series.append((some, parity))
         return made
 
-    def least_degrees(self, size: float, *shares: float) -> list[int]:
+    def least_degrees(self, u: float, v: float, *shares: float) -> list[int]:
         """The degrees above which all terms are below given shares of the largest term.
 
-        Terms are compared at |u|, |v| <= size, and separately for each of the functions.
+        Terms are compared at the largest |u| and |v|, and separately for each of the functions.
         """
         found = [1] * len(shares)
-        for c, exponents in self.series:
-            degrees = exponents.sum(axis=1)
-            sizes = np.abs(c).max(axis=0) * size**degrees
-            sizes = (sizes / np.maximum(sizes.max(axis=1)[:, None], 1e-300)).max(axis=0)
-            large = (degrees[sizes > share].max(initial=1) for share in shares)
+        for c, parity in self.series:
+            k, j = _exponents(c, parity)
+            sizes = np.abs(c).max(axis=0) * (v**k * u**j)
+            sizes = (sizes / np.maximum(sizes.max(axis=(1, 2), keepdims=True), 1e-300)).max(axis=0)
+            large = ((k + j)[sizes > share].max(initial=1) for share in shares)
             found = [max(low, int(high)) for low, high in zip(found, large, strict=True)]
         return found
 
     def values(self, u: Scalar, v: Scalar) -> Any:
         """The values of Qp, Qm, sigma if it is known, and tau at points: (3 or 4, N)."""
-        of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
-        found = []
-        for c, exponents in self.series:
-            j, k = exponents.T
-            found.append(self._summed(c, of_u[j] * of_v[k]))
-        return np.concatenate(found)
+        return np.concatenate([self._summed(*own, u, v)[0] for own in self.series])
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
         """The values of Qp and Qm, with their derivatives in u and in v: (2, N) each.
 
         With `every`, all functions of :meth:`values` in their order: (3 or 4, N) each.
         """
-        odd, of_odd = self.series[0]
-        of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
-        found = []
-        for c, exponents in self.series if every else [(odd[:, :2], of_odd)]:
-            j, k = exponents.T
-            # Where j = 0 the factor j makes the term vanish, whatever power stands beside it.
-            by_u, by_v = j[:, None] * of_u[j - 1], k[:, None] * of_v[k - 1]
-            at_u, at_v = of_u[j], of_v[k]
-            terms = at_u * at_v, by_u * at_v, at_u * by_v
-            found.append([self._summed(c, x) for x in terms])
+        odd, parity = self.series[0]
+        of = self.series if every else [(odd[:, :2], parity)]
+        found = [self._summed(*own, u, v, slopes=True) for own in of]
         value, along_u, along_v = (np.concatenate(x) for x in zip(*found, strict=True))
         return value, along_u, along_v
 
-    def _summed(self, c: Any, terms: Any) -> Any:
-        """The sums (F, N) of terms (terms, N) with coefficients c (phases, F, terms)."""
+    def _summed(
+        self, c: Any, parity: int, u: Any, v: Any, *, slopes: bool = False
+    ) -> tuple[Any, ...]:
+        """The sums (F, N) of one of the `series`, with their derivatives in u and v if `slopes`."""
+        K, J = c.shape[-2:]
+        columns, rows = [_powers(u * u, J)], [_powers(v, K)]
+        # In these rows powers of u are odd: u stands before the powers of u^2.
+        odd = slice(1 - parity, None, 2)
+        if slopes:
+            columns.append(2 * u * _slopes(columns[0]))
+            rows += [_slopes(rows[0]), np.zeros_like(rows[0])]
+            rows[2][odd] = rows[0][odd]
+        for x in rows[:2]:
+            x[odd] = x[odd] * u
         found, phase, point = [], 0, 0
         for count, each in self.runs:
             end, last = phase + count, point + count * each
-            mine = terms[:, point:last].reshape(len(terms), count, each).transpose(1, 0, 2)
-            total = np.matmul(c[phase:end], mine).transpose(1, 0, 2)
-            found.append(total.reshape(c.shape[1], last - point))
+
+            def own(x: Any, point: int = point, count: int = count, each: int = each) -> Any:
+                here = x[:, point : point + count * each].reshape(len(x), count, 1, each)
+                return here.transpose(1, 2, 0, 3)
+
+            by = [np.matmul(c[phase:end], own(x)) for x in columns]
+            total = [by[0] * own(x) for x in rows]
+            if slopes:
+                total = [total[0], total[2] + by[1] * own(rows[0]), total[1]]
+            sums = [x.sum(axis=2).transpose(1, 0, 2).reshape(c.shape[1], -1) for x in total]
+            found.append(sums)
             phase, point = end, last
-        return np.concatenate(found, axis=1)
+        return tuple(np.concatenate(x, axis=1) for x in zip(*found, strict=True))
+
+
+def _exponents(c: Any, parity: int) -> tuple[Any, Any]:
+    """The powers of v (K, 1) and of u (K, J) in one of a :class:`TorusSeries`' `series`."""
+    k, j = (np.arange(n) for n in c.shape[-2:])
+    return k[:, None], 2 * j + ((k + parity) % 2)[:, None]
+
+
+def _slopes(by_power: Any) -> Any:
+    """The derivatives (n, N) of powers x^0, x^1, ... from their values."""
+    found = np.zeros_like(by_power)
+    found[1:] = np.arange(1, len(found))[:, None] * by_power[:-1]
+    return found

@@ -9,13 +9,13 @@ equations runs on series as it runs on numbers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.precision import Precision
 
 
 class Jet:
@@ -27,6 +27,8 @@ class Jet:
     def __init__(self, tape: list[Jet], first: int) -> None:
         self.tape, self.first = tape, first
         self.parts: dict[int, Any] = {}
+        self.factor_of_others = False
+        """True if it is a factor of products, which take its parts of all degrees."""
         tape.append(self)
 
     def part(self, degree: int) -> Any:
@@ -41,12 +43,10 @@ class Jet:
         """Compute the part of a degree; LookupError if it has to be set from outside."""
         raise LookupError(f"the part of degree {degree} is not told yet")
 
-    def go_on_in_doubles(self, a: Precision) -> None:
-        """Round the known parts to doubles; further parts are then computed in doubles.
-
-        `a` is the precision of the known parts.
-        """
-        self.parts = {degree: a.floats(part) for degree, part in self.parts.items()}
+    def go_on(self, rougher: Callable[[Any], Any]) -> None:
+        """Go on with other numbers, or other nodes, which a function gives for known parts."""
+        known = self.parts if self.factor_of_others else {}
+        self.parts = {degree: rougher(part) for degree, part in known.items()}
 
     def __add__(self, other: Jet) -> Jet:
         return _JetSum(self, other)
@@ -88,9 +88,9 @@ class _JetScaled(Jet):
     def find(self, degree: int) -> Any:
         return self.factor * self.a.part(degree)
 
-    def go_on_in_doubles(self, a: Precision) -> None:
-        super().go_on_in_doubles(a)
-        self.factor = a.floats(self.factor)
+    def go_on(self, rougher: Callable[[Any], Any]) -> None:
+        super().go_on(rougher)
+        self.factor = rougher(self.factor)
 
 
 class _JetProduct(Jet):
@@ -119,8 +119,18 @@ class Reciprocal(Jet):
         return -self.part(0) * convolved(self, self.of, degree, range(0, degree, 2))
 
 
+class Deferred(Jet):
+    """A placeholder for the series `of`, which is set later."""
+
+    of: Jet
+
+    def find(self, degree: int) -> Any:
+        return self.of.part(degree)
+
+
 def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:
     """The part of a product a b, summed over the degrees of a in `split`: (degree + 1, n, H)."""
+    a.factor_of_others = b.factor_of_others = True
     left, right = [a.part(i) for i in split], [b.part(degree - i) for i in split]
     if isinstance(left[0], PairArray) or left[0].dtype == float:
         return pair_arrays.convolved(left, right)

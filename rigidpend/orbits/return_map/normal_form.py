@@ -17,6 +17,8 @@ Everything is computed at many energies together, and kept as a Chebyshev expans
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,13 +27,14 @@ from rigidpend.numbers import Scalar
 from rigidpend.orbits.return_map.expansions import (
     Interval,
     chebyshev_analysis,
+    chebyshev_synthesis,
     fourier_analysis,
     fourier_slopes,
     fourier_synthesis,
     phases,
 )
-from rigidpend.orbits.return_map.jets import Jet, Reciprocal, convolved
-from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
+from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
 MOST_CORRECTIONS = 40
@@ -44,6 +47,15 @@ DIVERGED = 1e3
 """Residual of the Floquet frame, per radian, above which corrections are given up."""
 GUARD_SHARE = 2.0**-8
 """Error that terms in doubles may add, as a share of one rounding in the full precision."""
+FARTHER = 1.3
+"""Factor on the radius at which terms are small enough for fewer digits and nodes.
+
+Arcs end up to 1.3 times as far out as without weight. With 1.1 charts of a body drawn by lot erred
+five times as much, with 1.2 no more than with all digits and nodes for all terms."""
+SPARE_ENERGIES, SPARE_PHASES = 2, 2
+"""Nodes of energy and of phase for terms of a high degree, beyond their share of all nodes.
+
+Maps of four bodies err as with all nodes, and so they do with one node of energy."""
 SETTLED = 1e-4
 """Residual of the Floquet frame, per radian, below which it counts as found.
 
@@ -133,14 +145,11 @@ def normal_form(
             finder.extend(D)
         if theta3:
             finder.extend_mean(D, 2, finder.sigma)
-        finder.rotation.append(finder.extend_mean(D - 1, 3, finder.tau))
+        finder.found[5].append(finder.extend_mean(D - 1, 3, finder.tau))
         share = finder.share(D, radius)
         if share < least_share:
             break
-        # A rounding in doubles of a term of this size, or smaller, is below GUARD_SHARE of one of
-        # the whole in the full precision.
-        if not finder.sharp and share < GUARD_SHARE * 2.0 ** (53 - a.bits):
-            finder.go_on_in_doubles()
+        finder.go_on_roughly(finder.share(D, FARTHER * radius))
     return finder.record(energies, D, radius)
 
 
@@ -166,9 +175,9 @@ class _Momentum(Jet):
             left = left - self.kappa / 2 * square
         return left / (self.kappa * self.parts[0])
 
-    def go_on_in_doubles(self, a: Precision) -> None:
-        super().go_on_in_doubles(a)
-        self.kappa = float(self.kappa)
+    def go_on(self, rougher: Callable[[Any], Any]) -> None:
+        super().go_on(rougher)
+        self.kappa = rougher(self.kappa)
 
 
 class _Finder:
@@ -178,18 +187,15 @@ class _Finder:
     """
 
     def __init__(self, c: Coefficients, h: Scalar, n: int, a: Precision) -> None:
-        self.a, self.n = a, n
+        self.whole = a, n, len(h)
+        self._use(*self.whole)
         psi = phases(n, a)[:, None]
         self.turn = a.cos(psi), a.sin(psi)
-        self.analysis = fourier_analysis(n, a)
-        self.synthesis = fourier_synthesis(n, n, a)
         self.slope = fourier_slopes(self.synthesis) @ self.analysis
         self.Q, self.flow = self._series(c, h)
-        self.tau: dict[int, Any] = {}
-        self.sigma: dict[int, Any] = {}
-        self.rotation: list[Any] = []
-        self.sharp: list[list[Any]] = []
-        """The parts found in the full precision, in the order of `_found`; empty before doubles."""
+        self.tau, self.sigma, self.exponent = dict[int, Any](), dict[int, Any](), list[Any]()
+        self.found: tuple[list[Any], ...] = ([], [], [], [], [], [])
+        """Parts as found, by ascending degree: Qp, Qm, theta3, t, Lambda and the mean dt'/dpsi."""
         self._begin()
 
     def _series(self, c: Coefficients, h: Scalar) -> tuple[list[Jet], list[Jet]]:
@@ -201,11 +207,11 @@ class _Finder:
         # M3 need parts of the rates. But M1^2 + M2^2, Qp Qm and `drop` begin with degree 2, so
         # that a part of J2 or M3 of degree D takes parts of 1/J2 and 1/S up to degree D - 2 only.
         per_J2, per_S, per_rate = (Reciprocal(self.tape) for _ in range(3))
-        # J2 - M3 = (M1^2 + M2^2)/(J2 + M3).
-        M1, M2 = c.momenta(*Q)
-        M3 = J2 - (M1 * M1 + M2 * M2) * per_S
+        M3 = Deferred(self.tape, 0)
         rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
-        J2.product, J2.drop = Q[0] * Q[1], rates.drop
+        # J2 - M3 = (M1^2 + M2^2)/(J2 + M3).
+        M3.of = J2 - rates.across * per_S
+        J2.product, J2.drop = rates.product, rates.drop
         per_J2.of, per_S.of, per_rate.of = J2, J2 + M3, rates.psi
         return Q, [*(per_rate * rate for rate in (rates.Qp, rates.Qm, rates.theta3)), per_rate]
 
@@ -239,9 +245,9 @@ class _Finder:
         if not size < SETTLED:
             raise MapError("no Floquet frame is found: the periodic orbit is not hyperbolic")
         # The powers of degree 1 are in the order v, u.
-        self._tell(1, [np.stack((row[1], row[0])) for row in P])
+        self._settle(1, [np.stack((row[1], row[0])) for row in P], exponent)
         self.inverse = _inverse(P)
-        self.P, self.exponent = P, [exponent]
+        self.P = P
         # The flow preserves an area, so the two diagonal means have to cancel: the first check.
         self.difference = [self._mean(rest[0][0]) + self._mean(rest[1][1])]
 
@@ -268,7 +274,6 @@ class _Finder:
         # The resonant terms are u I^k and v I^k: no divisor is left for their means.
         k = D // 2
         growth, decay = self._mean(rest[0][k + 1]), -self._mean(rest[1][k])
-        self.exponent.append((growth + decay) / 2)
         self.difference.append(growth - decay)
         # lean = j - k of u^j v^k. Times Lambda_0 it stays an exact 0 in the resonant rows, where
         # `_divided` leaves the mean out.
@@ -277,16 +282,17 @@ class _Finder:
             self._divided(r, (lean + side) * self.exponent[0])
             for r, side in zip(rest, (-1, 1), strict=True)
         )
-        self._tell(D, [row[0] * u + row[1] * v for row in self.P])
+        self._settle(D, [row[0] * u + row[1] * v for row in self.P], (growth + decay) / 2)
 
-    def extend_mean(self, D: int, which: int, found: dict[int, Any]) -> Any:
-        """Find the oscillation of theta3 or t in degree D; return the mean of its rate, (H,).
+    def extend_mean(self, D: int, which: int, known: dict[int, Any]) -> Any:
+        """Find the oscillation of theta3 (2) or t (3) in degree D; return its mean rate, (H,).
 
         None in odd degrees, in which no term is resonant.
         """
-        rest = self._beside(self.flow[which], D, found)
+        rest = self._beside(self.flow[which], D, known)
         lean = 2 * np.arange(D + 1)[:, None, None] - D
-        found[D] = self._divided(rest, lean * self.exponent[0])
+        known[D] = self._divided(rest, lean * self.exponent[0])
+        self.found[which].append(known[D])
         return None if D % 2 else self._mean(rest[D // 2])
 
     def share(self, D: int, radius: float) -> float:
@@ -294,26 +300,51 @@ class _Finder:
         first, last = (max(self.a.largest(Q.parts[k]) for Q in self.Q) for k in (1, D))
         return last / first * radius ** (D - 1)
 
-    def go_on_in_doubles(self) -> None:
-        """Round the known terms: further ones are so small that doubles have digits enough.
+    def go_on_roughly(self, share: float) -> None:
+        """Go on with fewer nodes and in doubles, if these are enough beyond terms of this `share`.
 
-        The known terms in the full precision are kept for :meth:`record`.
+        The smaller a term is, the fewer digits it needs. Terms shrink with the sum of their orders
+        in u and v, energy and phase, so that it needs as much fewer orders of the latter two.
         """
-        self.sharp, floats = self._found(), self.a.floats
-        for jet in self.tape:
-            jet.go_on_in_doubles(self.a)
-        for found in (self.sigma, self.tau):
-            found.update({D: floats(part) for D, part in found.items()})
-        self.exponent = [floats(x) for x in self.exponent]
-        self.P, self.inverse = (
-            [[floats(x) for x in row] for row in y] for y in (self.P, self.inverse)
-        )
-        self.analysis, self.synthesis = floats(self.analysis), floats(self.synthesis)
+        whole, phases_, energies = self.whole
+        all_digits = whole.bits - math.log2(GUARD_SHARE)
+        digits = max(0.0, all_digits + math.log2(max(share, 1e-300)))
+        left, a = digits / all_digits, precision(53) if digits < 53 else whole
+        n = min(self.n, 2 * math.ceil(left * phases_ / 2) + 1 + SPARE_PHASES)
+        H = min(self.H, math.ceil(left * energies) + SPARE_ENERGIES)
+        if a is self.a and 3 * n * H > 2 * self.n * self.H:
+            return
+        by_phase = fourier_synthesis(n, self.n, a) @ fourier_analysis(self.n, a)
+        by_energy = (chebyshev_synthesis(H, self.H, a) @ chebyshev_analysis(self.H, a)).T
 
-    def _found(self) -> list[list[Any]]:
-        """Lists of parts by ascending degree: Qp, Qm, theta3, t, Lambda and the mean dt'/dpsi."""
-        parts = self.Q[0].parts, self.Q[1].parts, self.sigma, self.tau
-        return [*([x[D] for D in sorted(x)] for x in parts), [*self.exponent], [*self.rotation]]
+        def rougher(x: Any) -> Any:
+            """Numbers, (H,), (n, 1) or (..., n, H), in the new precision and at the new nodes."""
+            x = self.a.floats(x) if a.bits == 53 else x
+            if len(np.shape(x)) > 1:
+                x = np.matmul(by_phase, x)
+            return np.matmul(x, by_energy) if np.shape(x)[-1:] == (self.H,) else x
+
+        for jet in self.tape:
+            jet.go_on(rougher)
+        for found in (self.sigma, self.tau):
+            found.update({D: rougher(part) for D, part in found.items()})
+        self.exponent = [rougher(x) for x in self.exponent]
+        self.P, self.inverse = (
+            [[rougher(x) for x in row] for row in y] for y in (self.P, self.inverse)
+        )
+        self._use(a, n, H)
+
+    def _use(self, a: Precision, n: int, H: int) -> None:
+        """Take a precision and numbers of phases and energies for the terms from now on."""
+        self.a, self.n, self.H = a, n, H
+        self.analysis, self.synthesis = fourier_analysis(n, a), fourier_synthesis(n, n, a)
+
+    def _settle(self, D: int, parts: list[Any], exponent: Any) -> None:
+        """Keep the parts of degree D of Qp and Qm, and the next coefficient of Lambda."""
+        self._tell(D, parts)
+        self.exponent.append(exponent)
+        for which, part in ((0, parts[0]), (1, parts[1]), (4, exponent)):
+            self.found[which].append(part)
 
     def _tell(self, D: int, parts: list[Any]) -> None:
         """Set the parts of degree D of Qp and Qm."""
@@ -365,18 +396,26 @@ class _Finder:
 
     def record(self, energies: Interval, degree: int, radius: float) -> NormalForm:
         """The normal form as expansions in energy and phase."""
-        a, to_energy = self.a, chebyshev_analysis(energies.n, self.a).T
-        found = self._found()
-        # Of the terms that were rounded to doubles, those of the full precision are taken again.
-        for sharp, all_ in zip(self.sharp, found, strict=False):
-            all_[:] = [*sharp, *map(a.array, all_[len(sharp) :])]
-        analysis = fourier_analysis(self.n, a)
-        *odd, tau = (_expanded(x, analysis, to_energy) for x in found[:4] if x)
-        exponent, rotation = ((np.stack(x) @ to_energy).T for x in found[4:])
-        rate = float(abs(self.exponent[0]).max())
-        off = [a.largest(x) * radius ** (2 * k) / rate for k, x in enumerate(self.difference)]
+        *odd, tau = (self._expanded(x) for x in self.found[:4] if x)
+        # The rates have one phase, so to speak.
+        exponent, rotation = (self._expanded([x[None, None] for x in y]) for y in self.found[4:])
+        rate = self.a.largest(self.exponent[0])
+        off = [self.a.largest(x) * radius ** (2 * k) / rate for k, x in enumerate(self.difference)]
         series = np.stack(odd, axis=1), tau, exponent, rotation
-        return NormalForm(energies, degree, self.n, *series, radius, max(off))
+        return NormalForm(energies, degree, self.whole[1], *series, radius, max(off))
+
+    def _expanded(self, parts: list[Any]) -> Any:
+        """The coefficients (H n, terms) in energy and phase, from parts at nodes of both."""
+        a, _, energies = self.whole
+        n, first = parts[0].shape[-2], 0
+        found = a.zeros((sum(len(x) for x in parts), n, energies))
+        for part in parts:
+            _, few, H = part.shape
+            here = found[first : first + len(part)]
+            first += len(part)
+            c = np.matmul(fourier_analysis(few, a), a.array(part))
+            here[:, :few, :H] = np.matmul(c, chebyshev_analysis(H, a).T)
+        return found.transpose(2, 1, 0).reshape(-1, len(found))
 
 
 def _inverse(P: Any) -> list[list[Any]]:
@@ -384,10 +423,3 @@ def _inverse(P: Any) -> list[list[Any]]:
     (a, b), (c, d) = P
     determinant = a * d - b * c
     return [[d / determinant, -b / determinant], [-c / determinant, a / determinant]]
-
-
-def _expanded(parts: list[Any], analysis: Any, to_energy: Any) -> Any:
-    """The coefficients (H n, terms) in energy and phase, from parts at nodes of both."""
-    values = np.concatenate(parts)
-    coefficients = np.matmul(analysis, values) @ to_energy
-    return coefficients.transpose(2, 1, 0).reshape(-1, len(values))

@@ -67,7 +67,7 @@ class Orders(NamedTuple):
             math.ceil(self.n_x * x),
             odd(self.n_phase * phase),
             odd(self.n_phase_inverse * phase),
-            math.ceil(self.n_energy * energy),
+            math.ceil(self.n_energy * energy) if self.n_energy > 1 else 1,
             self.length,
         )
 
@@ -87,21 +87,22 @@ class Orders(NamedTuple):
 def building_seconds(body: Rough, o: Orders, bits: int, *, theta3: bool) -> float:
     """Expected seconds of a core to make tables of given orders in pairs of doubles.
 
-    For 15 maps of Fig. 4's body and six drawn by lot, whose tables took 0.17 to 5.2 s, it is 0.8 to
-    1.1 times the time taken.
+    For 28 maps of Fig. 4's body and six drawn by lot, whose tables took 0.06 to 2.1 s, it is 0.7 to
+    1.3 times the time taken.
     """
     # Arcs with the normal form solved at their ends, points of inverse charts, and products of
-    # series, in microseconds as measured; charts are made for two sections.
+    # series, in microseconds as measured; charts are made for two sections. A normal form takes
+    # some time for each degree, however few numbers a series has.
     of = o.n_energy, FORWARD_POWER
     charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, *of))
     of = o.n_energy, INVERSE_POWER
     inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
     points = quadrature_points(o.length, body.c, body.h, bits)
-    arc = 20 + 3 * o.length + 0.9 * points * theta3 + 0.0045 * terms
-    back = 10 + 0.038 * o.n_x * o.n_phase_inverse
-    series = 0.0115 * o.n_energy * o.n_phase_orbit * o.degree**3
-    return 0.05 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
+    arc = 20 + 2.4 * o.length + 0.6 * points * theta3 + 0.0018 * terms
+    back = 8 + 0.026 * o.n_x * o.n_phase_inverse
+    series = 2000 * o.degree + 0.0038 * o.n_energy * o.n_phase_orbit * o.degree**3
+    return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
 
 
 def orders(

@@ -52,7 +52,7 @@ def rounded(c: Coefficients) -> Coefficients:
 
 
 class ReducedRates(NamedTuple):
-    """Rates of change in t', with a function that the energy needs."""
+    """Rates of change in t', with three functions that the energy and M3 need."""
 
     Qp: Any
     Qm: Any
@@ -60,6 +60,10 @@ class ReducedRates(NamedTuple):
     theta3: Any
     drop: Any
     """mu (cos(psi + beta0/2) - r . gamma)."""
+    across: Any
+    """M1^2 + M2^2."""
+    product: Any
+    """Qp Qm."""
 
 
 def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates:
@@ -78,22 +82,28 @@ def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates
     Notes
     -----
     gamma3 = -(M1 cos(psi) - M2 sin(psi))/J2. Power series have no division: hence the reciprocals.
+    Their products take long: of Qp and Qm there are three, of which all else is made up.
     """
     (Qp, Qm), (cos, sin), (J2, M3, per_J2, per_S), k = Q, turn, size, c.aligned
-    M1, M2 = c.momenta(Qp, Qm)
-    lean = M1 * cos - M2 * sin
-    # mu r . M, as r3 = 0.
-    weight = M1 * k.mu_r1 + M2 * k.mu_r2
-    # From gamma by the rotation R: mu r . gamma = mu cos(psi + beta0/2) - drop.
-    drop = weight * lean * per_J2 * per_S
-    gamma3 = -lean * per_J2
+    pp, pm, mm = Qp * Qp, Qp * Qm, Qm * Qm
+    # M1 cos(psi) - M2 sin(psi) and mu r . M are linear in Qp and Qm.
+    lean_p, lean_m = c.to_M1 * cos - c.to_M2 * sin, c.to_M1 * cos + c.to_M2 * sin
+    by_p, by_m = _weights(c)
+    gamma3 = (Qp * -lean_p + Qm * -lean_m) * per_J2
+    # From gamma by the rotation R: mu r . gamma = mu cos(psi + beta0/2) - drop, with
+    # drop = -gamma3 mu r . M/S.
+    both = pp * (by_p * lean_p) + pm * (by_p * lean_m + by_m * lean_p) + mm * (by_m * lean_m)
+    drop = both * per_J2 * per_S
+    spin, square = M3 * k.half_sigma, (c.to_M1 * c.to_M1, c.to_M2 * c.to_M2)
     # The rates of Qp and Qm are those of the aligned equations, with this gamma3.
     return ReducedRates(
-        Qp=-(M3 * Qp * k.half_sigma) + gamma3 * k.force_p,
-        Qm=M3 * Qm * k.half_sigma - gamma3 * k.force_m,
-        psi=J2 * k.kappa - Qp * Qm * per_S + drop * per_J2,
-        theta3=weight * per_J2 * per_J2,
+        Qp=gamma3 * k.force_p - spin * Qp,
+        Qm=spin * Qm - gamma3 * k.force_m,
+        psi=J2 * k.kappa - pm * per_S + drop * per_J2,
+        theta3=(Qp * by_p + Qm * by_m) * per_J2 * per_J2,
         drop=drop,
+        across=(pp + mm) * (square[0] + square[1]) + pm * (2 * (square[0] - square[1])),
+        product=pm,
     )
 
 
@@ -109,4 +119,11 @@ def theta3_rate(M: Any, c: Coefficients) -> Any:
     """
     Qp, Qm, M3 = M
     M1, M2 = c.momenta(Qp, Qm)
-    return (M1 * c.aligned.mu_r1 + M2 * c.aligned.mu_r2) / (M1 * M1 + M2 * M2 + M3 * M3)
+    by_p, by_m = _weights(c)
+    return (Qp * by_p + Qm * by_m) / (M1 * M1 + M2 * M2 + M3 * M3)
+
+
+def _weights(c: Coefficients) -> tuple[Any, Any]:
+    """The factors of Qp and Qm in the product mu r . M = mu (r1 M1 + r2 M2), where r3 = 0."""
+    along, across = c.to_M1 * c.aligned.mu_r1, c.to_M2 * c.aligned.mu_r2
+    return along + across, along - across

@@ -190,8 +190,8 @@ class _Kept:
             return None
         a = precision(bits)
         with np.load(io.BytesIO(content)) as stored:
-            parts = (from_doubles(stored[f"arr_{k}"], a) for k in range(len(stored.files) - 1))
-            facts = [_restored(x, parts) for x in json.loads(str(stored["text"]))]
+            parts = (stored[f"arr_{k}"] for k in range(len(stored.files) - 1))
+            facts = [_restored(x, parts, a) for x in json.loads(str(stored["text"]))]
         # A reason, with the least time if a budget was the reason; else the parts of a map.
         if len(facts) == 2:
             reason, needed = facts
@@ -221,15 +221,25 @@ def _described(x: Any, arrays: list[Any]) -> Any:
         return [type(x).__name__, *(_described(each, arrays) for each in x)]
     if x is None or isinstance(x, (str, int, float)):
         return x
-    arrays.append(as_doubles(x))
-    return {}
+    # Terms of high degree have few orders in energy and phase: zeros, which are told by bits.
+    parts = as_doubles(x)
+    used = parts.any(axis=0)
+    arrays += [np.packbits(used), parts[:, used]]
+    return {"shape": used.shape}
 
 
-def _restored(x: Any, arrays: Iterator[Any]) -> Any:
+def _restored(x: Any, arrays: Iterator[Any], a: Precision) -> Any:
     """The value that was described, with the next of the arrays wherever there was one."""
     if isinstance(x, list):
-        return RECORDS[x[0]](*(_restored(each, arrays) for each in x[1:]))
-    return next(arrays)[()] if isinstance(x, dict) else x
+        return RECORDS[x[0]](*(_restored(each, arrays, a) for each in x[1:]))
+    if not isinstance(x, dict):
+        return x
+    bits, shape = next(arrays), x["shape"]
+    used = np.unpackbits(bits, count=math.prod(shape)).reshape(shape).astype(bool)
+    kept = next(arrays)
+    parts = np.zeros((len(kept), *shape))
+    parts[:, used] = kept
+    return from_doubles(parts, a)[()]
 
 
 def as_doubles(x: Scalar) -> Any:

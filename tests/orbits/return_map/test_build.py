@@ -251,6 +251,18 @@ def test_a_map_over_its_budget_is_refused_and_that_is_kept(
 
 
 @pytest.mark.slow
+def test_a_bit_is_kept_of_each_number_that_is_zero(cache: Path) -> None:
+    """As are those of orders in energy and phase that terms of high degree lack."""
+    made = return_map(FIG4, h=("1.32", "1.348"), bits=64, design=FIRST)
+    tables = [table.values for chart in made.charts for table in chart]
+    arrays = [*made.normal_form.series, *tables]
+    size, used = sum(x.size for x in arrays), sum((abs(x) > 0).sum() for x in arrays)
+    assert used < 0.9 * size
+    [path] = cache.iterdir()
+    assert path.stat().st_size - 16 * used < size / 8 + 20_000
+
+
+@pytest.mark.slow
 def test_a_map_by_a_process_is_the_same_and_is_kept(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -63,13 +63,13 @@ def test_gauss_s_rule_of_many_points_is_as_sharp_as_pairs() -> None:
 
 
 @pytest.mark.parametrize("bits", [53, 64])
-@pytest.mark.parametrize("counts", [[3, 510, 2, 1200, 1], [5, 5], [512]], ids=str)
+@pytest.mark.parametrize("counts", [[3, 1022, 2, 2400, 1], [5, 5], [1024]], ids=str)
 def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int]) -> None:
     """A group that ends with a block, goes over three of them, or shares one."""
     a, random = precision(bits), np.random.default_rng(1)
     rows, matrices = random.normal(size=(sum(counts), 3)), random.normal(size=(len(counts), 3, 2))
     each = np.repeat(matrices, counts, axis=0)
-    for terms, most in ((1, 512), (2_500, 209), (2**20, 1)):
+    for terms, most in ((1, 1024), (2_500, 209), (2**20, 1)):
         blocks = list(in_blocks(counts, terms))
         assert max(len(rows[at]) for _, at, _ in blocks) == min(most, sum(counts))
         assert all(len(rows[at]) == sum(here) for _, at, here in blocks)
@@ -80,13 +80,13 @@ def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int])
 
 def test_points_of_a_phase_stay_together_in_blocks() -> None:
     """Also where those of one phase are more than a block's."""
-    counts, shared = [7 * 60, 5 * 30, 700], [7, 5, 700]
+    counts, shared = [7 * 120, 5 * 60, 1400], [7, 5, 1400]
     blocks = list(in_blocks(counts, shared=shared))
-    assert [here for *_, here in blocks] == [[420, 90], [60], [700]]
-    assert [(at.start, at.stop) for _, at, _ in blocks] == [(0, 510), (510, 570), (570, 1270)]
+    assert [here for *_, here in blocks] == [[840, 180], [120], [1400]]
+    assert [(at.start, at.stop) for _, at, _ in blocks] == [(0, 1020), (1020, 1140), (1140, 2540)]
     assert [(of.start, of.stop) for of, *_ in blocks] == [(0, 2), (1, 2), (2, 3)]
     most = [here for *_, here in in_blocks(counts[:2], 2**19 // 8, shared[:2])]
-    assert most == [[7]] * 60 + [[5]] * 30
+    assert most == [[7]] * 120 + [[5]] * 60
 
 
 def test_a_product_without_rows_has_none() -> None:

@@ -44,6 +44,11 @@ def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
     assert Orders(21, 31, 11, 41, 51, 6, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
 
 
+def test_a_map_of_one_energy_has_no_more_nodes_in_another_attempt() -> None:
+    unexplained = Errors(0, 0, 0, ALLOWED, 0, 0, 0)
+    assert Orders(21, 31, 11, 41, 51, 1, 2.5).larger(unexplained, ALLOWED).n_energy == 1
+
+
 @pytest.mark.parametrize(("energies", "more"), [(6, 8), (1, 1)])
 def test_a_design_has_so_many_terms_more_and_arcs_in_its_own_unit(energies: int, more: int) -> None:
     """At one energy there is nothing to add."""
@@ -84,7 +89,7 @@ def test_a_map_of_larger_orders_costs_more(name: str) -> None:
     once, more = (building_seconds(rough, x, 53, theta3=True) for x in (orders, twice))
     assert 1 < more / once < 8
     # Where charts cost little a normal form costs as the cube of its degree.
-    forms = (Orders(n, 99, 2, 3, 3, 9, 2.5) for n in (50, 100))
+    forms = (Orders(n, 99, 2, 3, 3, 9, 2.5) for n in (400, 800))
     few, many = (building_seconds(rough, x, 53, theta3=False) for x in forms)
     assert 7.5 < many / few < 8.2
 

@@ -157,7 +157,7 @@ def products() -> Any:
     )
     all_ = code.mul(code.mul("%rows", "%width"), "%sets")
     groups = code(f"udiv i64 {code.add('%width', LANES - 1)}, {LANES}")
-    with code.loop("%sets") as one, code.loop("%rows") as i, code.loop(groups) as group:
+    with code.loop("%sets") as one, code.loop(groups) as group, code.loop("%rows") as i:
         column = _first(code, group, "%width")
         # Lanes are columns of b and of the result; an element of a is the same in all of them.
         n.store(n.of_double(code.number(0.0)), total, 0)
