@@ -85,6 +85,9 @@ REFUSED = {
         "problem.rows={axis: log10_J1_0, ends: [-10, 1], count: 4}": "J1_0",
         "problem.rows={axis: gamma0, ends: [1, 2], count: 4}": "problem.rows",
         "problem.rows={axis: alpha0, ends: [1, 4], count: 4}": "pi > alpha0 > 0",
+        "problem.A=[2, 0.5, 1.7] problem.rows={axis: alpha0, ends: [1, 2.5], count: 4}": (
+            "problem.rows.ends: A2 + A3 >= A1"
+        ),
         "problem.rows={axis: beta0, ends: [1, 4], count: 4}": "0 <= beta0 <= pi is broken",
         "problem.rows={axis: h0, ends: [1/10000, 2], count: 4}": "h0 > mu",
         "problem.rows.axis=log10_J1": "got 'log10_J1'; did you mean log10_J1_0?",
