@@ -109,6 +109,16 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
         ("heavy", "1e-33", 1, 3, 60): 34,
         ("heavy", "1e-48", 1, 9, 30): 18,
     },
+    # Of 24 energies with 60 actions each, whose orbits are integrated.
+    ("route_map", "h0", "theta2_0", "zooms", "columns", "rows"): {
+        (
+            "fig4",
+            "0.2",
+            "{}",
+            "{axis: log10_J1_0, ends: [-9, -3], count: 60}",
+            "{axis: h0, ends: [0.1, 1], count: 24}",
+        ): 1.75,
+    },
     ("exponents", "h0"): {("fig4",): 3.48, ("heavy",): 9.38, ("generic",): 4.16},
 }
 """Seconds that were measured, of a core but for the intervals, by the body and settings.
