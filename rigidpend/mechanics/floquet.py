@@ -90,7 +90,8 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
 
     NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if `MOST_STEPS`
     don't settle theta1: then h0 - mu is so small, the motion so nearly parabolic, or the body so
-    nearly symmetric, that rounding decides, or the multiplier is beyond doubles. ValueError is raised for an epsilon other than 1 or -1.
+    nearly symmetric, that rounding decides, or the multiplier is beyond doubles. ValueError is
+    raised for an epsilon other than 1 or -1.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
