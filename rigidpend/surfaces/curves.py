@@ -21,6 +21,8 @@ from rigidpend.routes.start import Scales, start, states_double
 
 PER_TURN = 96
 """Number of samples in a turn of theta2, or in a time 2 pi/u if that is shorter."""
+LEAST_WEIGHT = 1e-12
+"""Least mu/h0. Below it doubles resolve little of the swing that the window's unit is."""
 ON_SURFACE = 1e-3
 """Distance from the surface at a curve's first point, relative to that at its orbit's start."""
 CHORD = 4e-4
@@ -61,6 +63,9 @@ def surface_problem(
     if not (h0 - mu).at(113) > 0:
         shown = f"M_0 = {M_0}, A3 = {A[2]}, mu = {mu}"
         raise ProblemError("M_0", f"h0 = M_0^2/(2 A3) > mu is broken: {shown}")
+    if not mu.at(113) >= LEAST_WEIGHT * h0.at(113):
+        broken = f"mu >= {LEAST_WEIGHT} h0 is broken: mu = {mu}, h0 = {float(h0):.6g}"
+        raise ProblemError("mu", f"{broken}; without a weight both surfaces are separatrix 2")
     found = RouteProblem(Body(A, _direction(A, beta0), mu), h0, J1_0, 1)
     # Curves begin where J1 is J1_0/`ON_SURFACE`. Beyond the section orbits go away from S1- again.
     if not 2 * float(J1_0) < ON_SURFACE * float(found.J2_0(53)):

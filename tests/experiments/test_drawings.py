@@ -206,3 +206,21 @@ def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
     figure = drawn_with("asymptotic_surfaces", change)
     box = figure.axes[0].get_position()
     assert (box.x0 + box.x1) / 2 == pytest.approx(0.57, abs=0.03)
+
+
+def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_rounded() -> None:
+    """Of 7.98e-6 rad 0.00001 would be shown, beside an origin that is rounded by more."""
+
+    def change(data: Any) -> None:
+        for body in data["bodies"].values():
+            body["Delta_1"] = 7.98e-6
+
+    figure = drawn_with("asymptotic_surfaces", change)
+    said = {axes.get_xlabel() for axes in figure.axes} - {""}
+    assert said == {"$\\theta_1 - \\alpha_0 - \\beta_0$\n$\\Delta_1 = 7.98\\cdot 10^{-6}$ rad"}
+    boxes = boxes_of(figure)
+    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
+    result = store.load(STORED["asymptotic_surfaces"])
+    change(result["data"])
+    [table] = experiments.tables("asymptotic_surfaces", result)
+    assert {row[-1] for row in table.rows} == {"7.98e-06"}

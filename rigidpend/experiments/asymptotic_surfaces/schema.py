@@ -42,7 +42,7 @@ class Problem(Part):
     beta0: Annotated[Number | None, *word_for_none("gamma0")]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
     mu: Weight
-    """Weight times the distance of the centre of gravity, mu >= 0; physical units."""
+    """Weight times the distance of the centre of gravity, mu >= 1e-12 h0; physical units."""
     M_0: Number
     """Initial \\|M\\|, physical; h0 = M_0^2/(2 A3)."""
     J1_0: Number
