@@ -16,8 +16,8 @@ from rigidpend.numbers import Scalar
 
 SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
-
-
+NAME = 0.2
+"""Room for the name of an axis beyond its tip, in units of |M|."""
 PALE = {plots.PINK: "#EFD6E4", plots.GREEN: "#B3DDD0", plots.BLUE: "#A3CBE3", plots.RED: "#F1C09C"}
 """Colour of the hidden part of a line, by the colour of the line."""
 ORBITS: dict[int, dict[str, Any]] = {
@@ -87,8 +87,11 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
             _name_separatrix(axes, curve)
     _draw_centres(axes, data["centres"])
     _draw_axes(axes, data["sphere"])
-    # More room to the right and above, for the names of the axes.
-    axes.set(xlim=(-1.12, 1.5), ylim=(-1.05, 1.52))
+    # Room for the sphere, and beyond each axis for its name.
+    tips = data["sphere"]["axis_tips"][:2]
+    low = np.minimum((-1.12, -1.05), tips.min(axis=1) - NAME)
+    high = np.maximum((1.5, 1.52), tips.max(axis=1) + NAME)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
 def _name_separatrix(axes: Axes, curve: Curve) -> None:
