@@ -161,6 +161,12 @@ def cell_ends(values: Array) -> tuple[float, float]:
     return float(values[0] - half), float(values[-1] + half)
 
 
+def holds(values: Array, value: float) -> bool:
+    """True if a row of cells, of which these are the middles, has a value between its ends."""
+    low, high = cell_ends(values)
+    return low <= value <= high
+
+
 def draw_cells(axes: Axes, x: Array, y: Array, values: Array, **colours: Any) -> AxesImage:
     """Draw the values of a plane of cells, (rows, columns), as colours; x, y are cell middles."""
     return axes.imshow(

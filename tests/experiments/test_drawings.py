@@ -165,6 +165,22 @@ def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["53 bits", "106 bits"]
 
 
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_dashed_line_is_told_only_where_the_plane_has_the_config_s_own_value(
+    inside: bool,
+) -> None:
+    def change(data: Any) -> None:
+        data["marked"] = data["y"][-1] * (1 if inside else 2)
+
+    def moved(data: Any) -> None:
+        data["marked"] = data["log10_J1_0"][0] - (0 if inside else 1)
+
+    [legend] = drawn_with("route_map", change).legends
+    assert any("mu" in text.get_text() for text in legend.get_texts()) == inside
+    plane, *_ = drawn_with("exponents", moved).axes
+    assert ("dashed" in plane.get_title(loc="left")) == inside
+
+
 @pytest.mark.parametrize("error", [1e-9, 0.4])
 def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
     """With another body a random orbit errs more or less than the orbits differ."""
