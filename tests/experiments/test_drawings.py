@@ -23,6 +23,7 @@ from rigidpend import experiments, render
 from rigidpend.experiments import plots
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
+from tests.experiments.trees import asked, computed
 
 RESULTS = REFERENCE.parent
 
@@ -240,3 +241,40 @@ def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_r
     change(result["data"])
     [table] = experiments.tables("asymptotic_surfaces", result)
     assert {row[-1] for row in table.rows} == {"7.98e-06"}
+
+
+@pytest.mark.parametrize("A3", ["0.50001", "0.99999"])
+@pytest.mark.parametrize("name", ["fig1", "fig2"])
+def test_labels_of_separatrices_that_nearly_meet_are_apart(name: str, A3: str) -> None:
+    """At one place -0.0126 and 0.0127 would read as one number, and 2 be upon 3."""
+    content = asked(name, f"problem.A=[1, 0.5, {A3}]", "problem.r=[1, 0, 0]")
+    loaded: Any = {"data": computed(content)}
+    with matplotlib.rc_context(fname=render.STYLE):
+        figure = experiments.drawing(content.experiment).draw(loaded)
+        figure.draw_without_rendering()
+    *_, plane = figure.axes
+    low = [x.get_window_extent() for x in plane.get_xticklabels()]
+    point = figure.dpi / 72
+    assert all(b.x0 - a.x1 > 3 * point for a, b in itertools.pairwise(low))
+    above = [x.get_window_extent() for x in plane.texts if x.get_text() in set("1234")]
+    assert not any(box.overlaps(other) for k, box in enumerate(above) for other in above[:k])
+    ticks = [x.get_window_extent() for x in plane.get_yticklabels()]
+    assert not any(box.overlaps(other) for box in ticks for other in above)
+
+
+@pytest.mark.parametrize(("wide", "times"), [(1.5, ""), (2.5, ""), (5.0, "2"), (100.0, "50")])
+def test_ticks_of_a_wide_window_are_not_upon_each_other(wide: float, times: str) -> None:
+    def change(data: Any) -> None:
+        for body in data["bodies"].values():
+            body["window"] = body["centre"] + wide * body["Delta_1"] * np.array([-1, 1])
+
+    figure = drawn_with("asymptotic_surfaces", change)
+    boxes_of(figure)
+    for axes in figure.axes:
+        labels = [x for x in axes.get_xticklabels() if x.get_text()]
+        assert [x.get_text() for x in labels] in (
+            [],
+            [rf"$-{times}\Delta_1$", rf"${times}\Delta_1$"],
+        )
+        places = (axes.get_xticks() - np.mean(axes.get_xlim())) / (np.ptp(axes.get_xlim()) / 2)
+        np.testing.assert_allclose(places * wide, np.array([-1, 1]) * float(times or 1), rtol=1e-6)

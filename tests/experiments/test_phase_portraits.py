@@ -52,3 +52,10 @@ def test_names_of_the_axes_are_beside_the_sphere_from_wherever_it_is_seen(
         box = text.get_window_extent()
         assert panel.x0 <= box.x0 < box.x1 <= panel.x1
         assert panel.y0 <= box.y0 < box.y1 <= panel.y1
+
+
+def test_the_sphere_is_round_where_orbits_have_few_points() -> None:
+    """Of nine points it would be drawn as an octagon."""
+    sphere = computed(asked("fig1", "problem.points=9"))["sphere"]
+    middles = (sphere["outline"][:, 1:] + sphere["outline"][:, :-1]) / 2
+    assert (middles**2).sum(axis=0).min() > 0.999

@@ -88,7 +88,13 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     axes.set_xlim(*map(float, body["window"]))
     # Without a margin the frame would cover curves near the periodic orbits.
     axes.set_ylim(-0.02, 1.02)
-    axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
+    # In a wide window ticks at its swing would be upon each other.
+    half = (body["window"][1] - body["centre"]) / body["Delta_1"]
+    times = max(1, int(half / 2 + 0.01))
+    names = [rf"${sign}{times if times > 1 else ''}\Delta_1$" for sign in ("-", "")]
+    axes.set_xticks(
+        [body["centre"] + x * times * body["Delta_1"] for x in (-1, 1)], names, fontsize=7
+    )
     axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])
     axes.tick_params(length=2)
 

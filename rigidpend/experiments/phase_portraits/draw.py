@@ -129,24 +129,26 @@ def _draw_plane(axes: Axes, data: Data) -> None:
     for curve in (c for c in curves if not c.number):
         axes.plot(curve.theta1, curve.J1, **curve.look)
         _draw_arrows(axes, curve.theta1, curve.J1, curve.arrows, curve.look)
+    places, numbers = plane["separatrix_theta1"], plane["separatrix"]
+    plots.separatrix_ticks(axes, places, digits=3)
     numbered = {curve.number: curve for curve in curves}
-    for x, number in zip(plane["separatrix_theta1"], plane["separatrix"], strict=True):
-        _draw_segment(axes, x, numbered[int(number)])
+    for x, number, label in zip(places, numbers, axes.get_xticklabels(), strict=True):
+        # Set apart where the labels below are.
+        _draw_segment(axes, x, numbered[int(number)], label.get_horizontalalignment())
     centres = data["centres"]
     axes.plot(centres["theta1"], centres["J1"], "o", ms=2.5, color="black")
-    plots.separatrix_ticks(axes, plane["separatrix_theta1"], digits=3)
     axes.set_ylim(0, 1)
     axes.set_yticks([0, 0.5, 1])
     axes.set_ylabel(r"$J_1/J_2$", labelpad=1)
 
 
-def _draw_segment(axes: Axes, theta1: float, curve: Curve) -> None:
-    """Draw a separatrix at its place, or 4 pi further."""
+def _draw_segment(axes: Axes, theta1: float, curve: Curve, side: str) -> None:
+    """Draw a separatrix at its place, or 4 pi further, with its number above."""
     look, x = curve.look, np.full_like(curve.J1, theta1)
     # The outer ones lie on the edges of the panel; clipping would halve their width.
     axes.plot(x, curve.J1, **look, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
-    said: dict[str, Any] = {"ha": "center", "color": look["color"], "weight": "bold"}
+    said: dict[str, Any] = {"ha": side, "color": look["color"], "weight": "bold"}
     plots.beside(axes, str(curve.number), (theta1, 1), 0, 3, **said)
 
 
