@@ -170,3 +170,24 @@ def test_asymptotic_orbits_are_estimated_without_a_map(
     given = zip(("A", "r", "mu", "h"), BODIES[body], strict=True)
     config = asked("asymptotic_orbits", *(f"problem.{key}={value}" for key, value in given))
     assert (experiments.cost(config.experiment, config) or 0) > 0.3
+
+
+NEAR = "problem.bodies={near: [0.37, 0.2, 0.3699]}"
+
+
+@pytest.mark.parametrize(
+    ("settings", "seconds"),
+    [
+        ((), 0.57),
+        ((NEAR, "problem.theta2_0={start: 0, step: 0.01, count: 600}"), 5.96),
+        ((NEAR.replace("0.3699", "0.369999"),), 3.65),
+        (("problem.theta2_0={start: 0, step: 0.003, count: 2000}",), 12.15),
+    ],
+)
+def test_surfaces_take_a_third_to_thrice_the_estimate(
+    settings: tuple[str, ...], seconds: float
+) -> None:
+    """Of nearly symmetric bodies they have a hundred times as many samples."""
+    estimate = experiments.cost("asymptotic_surfaces", asked("fig3", *settings))
+    assert estimate is not None
+    assert 1 / 3 < estimate / seconds < 3

@@ -20,7 +20,7 @@ from rigidpend.config.schema import (
 )
 
 MOST_ORBITS = 10_000
-"""Largest number of orbits on a surface; memory holds all their samples."""
+"""Largest number of orbits on a surface; memory holds all points of their curves."""
 
 
 WIDE = holding(lambda x: 1 < x <= 100, "half_width must be more than 1 and at most 100")
