@@ -256,10 +256,12 @@ def test_labels_of_separatrices_that_nearly_meet_are_apart(name: str, A3: str) -
     low = [x.get_window_extent() for x in plane.get_xticklabels()]
     point = figure.dpi / 72
     assert all(b.x0 - a.x1 > 3 * point for a, b in itertools.pairwise(low))
-    above = [x.get_window_extent() for x in plane.texts if x.get_text() in set("1234")]
+    numbers = [x for x in plane.texts if x.get_text() in set("1234")]
+    above = [x.get_window_extent() for x in numbers]
     assert not any(box.overlaps(other) for k, box in enumerate(above) for other in above[:k])
+    rings = [ring.get_window_extent() for x in plane.texts if (ring := x.get_bbox_patch())]
     ticks = [x.get_window_extent() for x in plane.get_yticklabels()]
-    assert not any(box.overlaps(other) for box in ticks for other in above)
+    assert not any(box.overlaps(other) for box in ticks for other in (*above, *rings))
 
 
 @pytest.mark.parametrize(("wide", "times"), [(1.5, ""), (2.5, ""), (5.0, "2"), (100.0, "50")])
