@@ -19,6 +19,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.experiments.data import Field
@@ -55,6 +56,9 @@ SEPARATRIX_NAMES = (
 """Labels of the separatrices 1, 2, 3, 4 and 1 again, by theta1 as in (sol_1)-(sol_22)."""
 CLOSE = 0.14
 """Distance of places, as a share of the axis, below which labels are set apart to not overlap."""
+
+APART = 2
+"""Points by which such labels stand off their places."""
 
 
 def axis_label(field: Field) -> str:
@@ -161,6 +165,12 @@ def cell_ends(values: Array) -> tuple[float, float]:
     return float(values[0] - half), float(values[-1] + half)
 
 
+def holds(values: Array, value: float) -> bool:
+    """True if a row of cells, of which these are the middles, has a value between its ends."""
+    low, high = cell_ends(values)
+    return low <= value <= high
+
+
 def draw_cells(axes: Axes, x: Array, y: Array, values: Array, **colours: Any) -> AxesImage:
     """Draw the values of a plane of cells, (rows, columns), as colours; x, y are cell middles."""
     return axes.imshow(
@@ -199,7 +209,10 @@ def separatrix_ticks(axes: Axes, places: ArrayLike, digits: int) -> None:
     texts = axes.get_xticklabels()
     for (left, right), (first, second) in zip(pairwise(x), pairwise(texts), strict=True):
         if right - left < CLOSE * (x[-1] - x[0]):
-            first.set_horizontalalignment("right")
-            second.set_horizontalalignment("left")
+            for text, side, away in ((first, "right", -APART), (second, "left", APART)):
+                text.set(horizontalalignment=side)
+                # Both may stand at almost one place, where they would read as one number.
+                moved = ScaledTranslation(away / 72, 0, axes.figure.dpi_scale_trans)
+                text.set_transform(text.get_transform() + moved)
     axes.set_xlim(x[0], x[-1])
     axes.set_xlabel(r"$\theta_1$ (rad, modulo $4\pi$)", labelpad=3)

@@ -90,7 +90,8 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
 
     NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if `MOST_STEPS`
     don't settle theta1: then h0 - mu is so small, the motion so nearly parabolic, or the body so
-    nearly symmetric, that rounding decides. ValueError is raised for an epsilon other than 1 or -1.
+    nearly symmetric, that rounding decides, or the multiplier is beyond doubles. ValueError is
+    raised for an epsilon other than 1 or -1.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
@@ -99,7 +100,8 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     n, coarse = FEWEST_STEPS, None
     while n <= MOST_STEPS:
         tau, steps = _steps(p, float(h0), family, n)
-        theta1, growth = _direction(steps, leaving, p, epsilon)
+        with np.errstate(over="ignore", invalid="ignore"):
+            theta1, growth = _direction(steps, leaving, p, epsilon)
         # Every second start of the fine steps is a start of the coarse ones.
         if coarse is not None and np.abs(theta1[::2] - coarse).max() < SETTLED:
             period = float(pendulum.period(p, h0, math))
@@ -204,8 +206,8 @@ def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Ar
 def _eigenvector(whole: Array, leaving: bool) -> Array:
     """Eigenvector, of length 1, of the matrix of a period, which leaves (grows) or approaches."""
     trace = float(np.trace(whole))
-    # In this form the condition also stops a trace that is not a number.
-    if not abs(trace) > 2:
+    # A matrix that overflows, with a trace that is no number, gives a vector that never settles.
+    if abs(trace) <= 2:
         raise NotHyperbolic(
             f"the pendulum motion is not hyperbolic: its multipliers have the sum {trace:.6g}, "
             "between -2 and 2"

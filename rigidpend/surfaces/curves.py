@@ -21,8 +21,16 @@ from rigidpend.routes.start import Scales, start, states_double
 
 PER_TURN = 96
 """Number of samples in a turn of theta2, or in a time 2 pi/u if that is shorter."""
+LEAST_WEIGHT = 1e-12
+"""Least mu/h0. Below it doubles resolve little of the swing that the window's unit is."""
+SAMPLE, MOTION, ENERGIES = 6e-7, 2e-3, 200
+"""Seconds of a core for a sample and for a pendulum motion, and the largest number of motions.
+
+Measured with bodies of nu from 7 to 1,036, of 18 to 10,000 orbits, on a busy machine."""
 ON_SURFACE = 1e-3
 """Distance from the surface at a curve's first point, relative to that at its orbit's start."""
+AT_ONCE = 2_000_000
+"""Largest number of samples that memory holds at a time, of some 220 bytes each."""
 CHORD = 4e-4
 """Allowed distance of a chord from its curve, in units of the window's height and half width.
 
@@ -61,6 +69,9 @@ def surface_problem(
     if not (h0 - mu).at(113) > 0:
         shown = f"M_0 = {M_0}, A3 = {A[2]}, mu = {mu}"
         raise ProblemError("M_0", f"h0 = M_0^2/(2 A3) > mu is broken: {shown}")
+    if not mu.at(113) >= LEAST_WEIGHT * h0.at(113):
+        broken = f"mu >= {LEAST_WEIGHT} h0 is broken: mu = {mu}, h0 = {float(h0):.6g}"
+        raise ProblemError("mu", f"{broken}; without a weight both surfaces are separatrix 2")
     found = RouteProblem(Body(A, _direction(A, beta0), mu), h0, J1_0, 1)
     # Curves begin where J1 is J1_0/`ON_SURFACE`. Beyond the section orbits go away from S1- again.
     if not 2 * float(J1_0) < ON_SURFACE * float(found.J2_0(53)):
@@ -91,20 +102,29 @@ def S1_minus(
     _check_hyperbolic(problem, theta2_0)
     p, t = problem.body.angles(), times(problem)
     begin = start(problem, 53, Scales())
-    # These starts have exactly theta1 of the separatrix and are not on the surface, as said above.
-    orbits = states_at(
-        begin.coefficients,
-        states_double(begin, theta2_0, 0.0),
-        t,
-        engine=engine,
-        tolerance=tolerance,
-    )
-    theta1, ratio = projected(orbits, p.alpha0, p.beta0)
-    across = (theta1 - p.alpha0 - p.beta0) / half_width
     # J1 grows as exp(u t) beside the lower periodic orbit.
     first = int(np.argmax(t > -math.log(ON_SURFACE) / exponent(float(problem.J2_0(53)), p, math)))
-    kept = [first + points(across[first:, k], ratio[first:, k]) for k in range(theta2_0.size)]
-    return _joined(theta1, ratio, kept, np.mod(theta2_0, math.tau))
+    curves: list[tuple[Array, Array, NDArray[np.intp]]] = []
+    at_once = max(1, AT_ONCE // t.size)
+    for k in range(0, theta2_0.size, at_once):
+        # These starts have exactly theta1 of the separatrix and are not on the surface.
+        orbits = states_at(
+            begin.coefficients,
+            states_double(begin, theta2_0[k : k + at_once], 0.0),
+            t,
+            engine=engine,
+            tolerance=tolerance,
+        )
+        theta1, ratio = projected(orbits[:, first:], p.alpha0, p.beta0)
+        across = (theta1 - p.alpha0 - p.beta0) / half_width
+        for x, y, angle in zip(across.T, ratio.T, theta1.T, strict=True):
+            kept = points(x, y)
+            curves.append((angle[kept], y[kept], first + kept))
+    flat, ratios, samples = (np.concatenate(x) for x in zip(*curves, strict=True))
+    offsets = np.cumsum([0, *(rows.size for *_, rows in curves)])
+    return SurfaceCurves(
+        flat, ratios, samples.astype(np.int32), offsets, np.mod(theta2_0, math.tau)
+    )
 
 
 def _check_hyperbolic(problem: RouteProblem, theta2_0: Array) -> None:
@@ -132,14 +152,24 @@ def S2_plus(lower: SurfaceCurves, alpha0: float, beta0: float) -> SurfaceCurves:
 
 def times(problem: RouteProblem) -> Array:
     """Equally spaced times t' from 0, in which J1 goes from J1_0 to J2_0 - J1_0 on separatrix 2."""
+    whole, steps = _steps(problem)
+    return np.linspace(0, whole, steps + 1)
+
+
+def expected_seconds(problem: RouteProblem, orbits: int) -> float:
+    """Estimate of the seconds that so many orbits on S1- take on one core."""
+    return orbits * _steps(problem)[1] * SAMPLE + min(orbits, ENERGIES) * MOTION
+
+
+def _steps(problem: RouteProblem) -> tuple[float, int]:
+    """The last of the times t', and the number of steps up to it."""
     J2 = float(problem.J2_0(53))
     # J1 = J2/2 is reached at u t = v of (sol_2), J2_0 - J1_0 after as much again.
     rate = exponent(J2, problem.body.angles(), math)
     # A J1_0 below all doubles has a logarithm.
     m = context(53)
     whole = 2 * float(m.log(J2 / problem.J1_0.at(53) - 1)) / rate
-    steps = math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
-    return np.linspace(0, whole, steps + 1)
+    return whole, math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
 
 
 def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:
@@ -169,12 +199,3 @@ def points(x: Array, y: Array) -> NDArray[np.intp]:
     # A point is kept wherever the count of needed points passes a whole number.
     inner = 1 + np.flatnonzero(np.diff(np.floor(needed), prepend=0.0))
     return np.concatenate(([0], inner, [n - 1]))
-
-
-def _joined(theta1: Array, ratio: Array, kept: Any, theta2_0: Array) -> SurfaceCurves:
-    """The curves of the points `kept` of each orbit, indices of its samples."""
-    column = np.repeat(np.arange(len(kept)), [rows.size for rows in kept])
-    row = np.concatenate(kept)
-    offsets = np.concatenate(([0], np.cumsum([rows.size for rows in kept])))
-    cells = row, column
-    return SurfaceCurves(theta1[cells], ratio[cells], row.astype(np.int32), offsets, theta2_0)

@@ -22,6 +22,7 @@ BODIES = {
     "c": ("[2, 1, 1.2]", "[sqrt(0.8), sqrt(0.2), 0]", "0.001", "1"),
     "e": ("[2, 1.3, 1.72]", "[sqrt(0.28), sqrt(0.42), 0]", "0.01", "1"),
     "flat": ("[2, 1.57, 1.82]", "[0.18, 0.98, 0]", "0.0042", "1"),
+    "axis": ("[0.5, 0.2, 0.35]", "[1, 0, 0]", "30", "600"),
     "long": ("[2, 0.9, 1.4]", "[2, 1, 0]", "0.02", "0.8"),
 }
 """A, r, mu and the energy."""
@@ -62,6 +63,9 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
     },
     # Of two cores, for which the estimate stands.
     ("fig4_intervals", "h0", "n_symbols", "halvings"): {
+        ("fig4", 1, 4): 2.4,
+        ("b", 1, 4): 3.1,
+        ("axis", 1, 4): 4.1,
         ("fig4", 2, 5): 7.55,
         ("heavy", 2, 5): 7.1,
         ("heavier", 2, 5): 10.05,
@@ -108,6 +112,16 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
     ("fig4_zoom", "h0", "step", "levels", "count", "n_symbols"): {
         ("heavy", "1e-33", 1, 3, 60): 34,
         ("heavy", "1e-48", 1, 9, 30): 18,
+    },
+    # Of 24 energies with 60 actions each, whose orbits are integrated.
+    ("route_map", "h0", "theta2_0", "zooms", "columns", "rows"): {
+        (
+            "fig4",
+            "0.2",
+            "{}",
+            "{axis: log10_J1_0, ends: [-9, -3], count: 60}",
+            "{axis: h0, ends: [0.1, 1], count: 24}",
+        ): 1.75,
     },
     ("exponents", "h0"): {("fig4",): 3.48, ("heavy",): 9.38, ("generic",): 4.16},
 }
@@ -160,3 +174,24 @@ def test_asymptotic_orbits_are_estimated_without_a_map(
     given = zip(("A", "r", "mu", "h"), BODIES[body], strict=True)
     config = asked("asymptotic_orbits", *(f"problem.{key}={value}" for key, value in given))
     assert (experiments.cost(config.experiment, config) or 0) > 0.3
+
+
+NEAR = "problem.bodies={near: [0.37, 0.2, 0.3699]}"
+
+
+@pytest.mark.parametrize(
+    ("settings", "seconds"),
+    [
+        ((), 0.57),
+        ((NEAR, "problem.theta2_0={start: 0, step: 0.01, count: 600}"), 5.96),
+        ((NEAR.replace("0.3699", "0.369999"),), 3.65),
+        (("problem.theta2_0={start: 0, step: 0.003, count: 2000}",), 12.15),
+    ],
+)
+def test_surfaces_take_a_third_to_thrice_the_estimate(
+    settings: tuple[str, ...], seconds: float
+) -> None:
+    """Of nearly symmetric bodies they have a hundred times as many samples."""
+    estimate = experiments.cost("asymptotic_surfaces", asked("fig3", *settings))
+    assert estimate is not None
+    assert 1 / 3 < estimate / seconds < 3

@@ -24,6 +24,7 @@ from rigidpend import experiments, render
 from rigidpend.experiments import plots
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
+from tests.experiments.trees import asked, computed
 from tests.remembered import remembered
 
 RESULTS = REFERENCE.parent
@@ -173,6 +174,22 @@ def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["53 bits", "106 bits"]
 
 
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_dashed_line_is_told_only_where_the_plane_has_the_config_s_own_value(
+    inside: bool,
+) -> None:
+    def change(data: Any) -> None:
+        data["marked"] = data["y"][-1] * (1 if inside else 2)
+
+    def moved(data: Any) -> None:
+        data["marked"] = data["log10_J1_0"][0] - (0 if inside else 1)
+
+    [legend] = drawn_with("route_map", change).legends
+    assert any("mu" in text.get_text() for text in legend.get_texts()) == inside
+    plane, *_ = drawn_with("exponents", moved).axes
+    assert ("dashed" in plane.get_title(loc="left")) == inside
+
+
 @pytest.mark.parametrize("error", [1e-9, 0.4])
 def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
     """With another body a random orbit errs more or less than the orbits differ."""
@@ -214,3 +231,60 @@ def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
     figure = drawn_with("asymptotic_surfaces", change)
     box = figure.axes[0].get_position()
     assert (box.x0 + box.x1) / 2 == pytest.approx(0.57, abs=0.03)
+
+
+def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_rounded() -> None:
+    """Of 7.98e-6 rad 0.00001 would be shown, beside an origin that is rounded by more."""
+
+    def change(data: Any) -> None:
+        for body in data["bodies"].values():
+            body["Delta_1"] = 7.98e-6
+
+    figure = drawn_with("asymptotic_surfaces", change)
+    said = {axes.get_xlabel() for axes in figure.axes} - {""}
+    assert said == {"$\\theta_1 - \\alpha_0 - \\beta_0$\n$\\Delta_1 = 7.98\\cdot 10^{-6}$ rad"}
+    boxes = boxes_of(figure)
+    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
+    result = store.load(STORED["asymptotic_surfaces"])
+    change(result["data"])
+    [table] = experiments.tables("asymptotic_surfaces", result)
+    assert {row[-1] for row in table.rows} == {"7.98e-06"}
+
+
+@pytest.mark.parametrize("A3", ["0.50001", "0.99999"])
+@pytest.mark.parametrize("name", ["fig1", "fig2"])
+def test_labels_of_separatrices_that_nearly_meet_are_apart(name: str, A3: str) -> None:
+    """At one place -0.0126 and 0.0127 would read as one number, and 2 be upon 3."""
+    content = asked(name, f"problem.A=[1, 0.5, {A3}]", "problem.r=[1, 0, 0]")
+    loaded: Any = {"data": computed(content)}
+    with matplotlib.rc_context(fname=render.STYLE):
+        figure = experiments.drawing(content.experiment).draw(loaded)
+        figure.draw_without_rendering()
+    *_, plane = figure.axes
+    low = [x.get_window_extent() for x in plane.get_xticklabels()]
+    point = figure.dpi / 72
+    assert all(b.x0 - a.x1 > 3 * point for a, b in itertools.pairwise(low))
+    numbers = [x for x in plane.texts if x.get_text() in set("1234")]
+    above = [x.get_window_extent() for x in numbers]
+    assert not any(box.overlaps(other) for k, box in enumerate(above) for other in above[:k])
+    rings = [ring.get_window_extent() for x in plane.texts if (ring := x.get_bbox_patch())]
+    ticks = [x.get_window_extent() for x in plane.get_yticklabels()]
+    assert not any(box.overlaps(other) for box in ticks for other in (*above, *rings))
+
+
+@pytest.mark.parametrize(("wide", "times"), [(1.5, ""), (2.5, ""), (5.0, "2"), (100.0, "50")])
+def test_ticks_of_a_wide_window_are_not_upon_each_other(wide: float, times: str) -> None:
+    def change(data: Any) -> None:
+        for body in data["bodies"].values():
+            body["window"] = body["centre"] + wide * body["Delta_1"] * np.array([-1, 1])
+
+    figure = drawn_with("asymptotic_surfaces", change)
+    boxes_of(figure)
+    for axes in figure.axes:
+        labels = [x for x in axes.get_xticklabels() if x.get_text()]
+        assert [x.get_text() for x in labels] in (
+            [],
+            [rf"$-{times}\Delta_1$", rf"${times}\Delta_1$"],
+        )
+        places = (axes.get_xticks() - np.mean(axes.get_xlim())) / (np.ptp(axes.get_xlim()) / 2)
+        np.testing.assert_allclose(places * wide, np.array([-1, 1]) * float(times or 1), rtol=1e-6)

@@ -75,6 +75,11 @@ def test_cells_are_computed_where_none_is_checked_or_none_is_known(
     assert found["exponent"].shape == (4, 6)
 
 
+def test_a_body_without_a_map_is_told_what_the_map_is_for() -> None:
+    with pytest.raises(ArithmeticError, match=r"an orbit from .*: .* no return map, of which"):
+        computed(asked("exponents", *SMALL, "problem.A=[2.3,1.5,1.9]", "problem.mu=0.3"))
+
+
 def test_deviations_that_grow_beyond_all_digits_of_a_double_are_checked_too() -> None:
     """Three passages of a nearly symmetric body multiply them by up to e^31 in these cells."""
     body = ["problem.A=[1.6,1.42,1.5]", "problem.r=[0.3,0.7,0]", "problem.mu=0.004"]

@@ -6,8 +6,11 @@ That free bodies move along such curves is tested with `mechanics.free_body`.
 import copy
 from typing import Any
 
+import matplotlib
 import pytest
 
+from rigidpend import render
+from rigidpend.experiments.phase_portraits.draw import draw
 from tests.experiments.trees import asked, computed, differences, unlike_stored
 
 
@@ -27,3 +30,32 @@ def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
         fresh = copy.deepcopy(stored)
         fresh["orbits"]["visible"][index] ^= True
         assert len(differences("phase_portraits", stored, fresh)) == count
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "elevation"), [("pi/3", "pi/2"), ("2.5", "-1.2"), ("-pi/2", "0")]
+)
+def test_names_of_the_axes_are_beside_the_sphere_from_wherever_it_is_seen(
+    azimuth: str, elevation: str
+) -> None:
+    """Not off the page, and not upon the legend below."""
+    turned = f"problem.view.azimuth={azimuth}", f"problem.view.elevation={elevation}"
+    loaded: Any = {"data": computed(asked("fig1", *turned))}
+    with matplotlib.rc_context(fname=render.STYLE):
+        figure = draw(loaded)
+        figure.draw_without_rendering()
+    sphere, _ = figure.axes
+    panel = sphere.get_window_extent()
+    named = [text for text in sphere.texts if text.get_text().startswith("$M")]
+    assert len(named) == 3
+    for text in named:
+        box = text.get_window_extent()
+        assert panel.x0 <= box.x0 < box.x1 <= panel.x1
+        assert panel.y0 <= box.y0 < box.y1 <= panel.y1
+
+
+def test_the_sphere_is_round_where_orbits_have_few_points() -> None:
+    """Of nine points it would be drawn as an octagon."""
+    sphere = computed(asked("fig1", "problem.points=9"))["sphere"]
+    middles = (sphere["outline"][:, 1:] + sphere["outline"][:, :-1]) / 2
+    assert (middles**2).sum(axis=0).min() > 0.999

@@ -48,6 +48,8 @@ REFUSED = {
         ),
         "problem.beta0=alpha": "problem.beta0: 'alpha' is not understood",
         "problem.mu=-1": "problem.mu: mu >= 0 is broken",
+        "problem.mu=0": "problem.mu: mu >= 1e-12 h0 is broken: mu = 0, h0 = 1",
+        "problem.mu=1.9e-12": "problem.mu: mu >= 1e-12 h0 is broken",
         "problem.M_0=0": "problem.M_0: M_0 > 0 is broken",
         "problem.M_0=0.01": "problem.M_0: h0 = M_0^2/(2 A3) > mu is broken",
         "problem.J1_0=1e-3": "problem.J1_0: J1_0 < J2_0/2000 is broken",
@@ -85,6 +87,9 @@ REFUSED = {
         "problem.rows={axis: log10_J1_0, ends: [-10, 1], count: 4}": "J1_0",
         "problem.rows={axis: gamma0, ends: [1, 2], count: 4}": "problem.rows",
         "problem.rows={axis: alpha0, ends: [1, 4], count: 4}": "pi > alpha0 > 0",
+        "problem.A=[2, 0.5, 1.7] problem.rows={axis: alpha0, ends: [1, 2.5], count: 4}": (
+            "problem.rows.ends: A2 + A3 >= A1"
+        ),
         "problem.rows={axis: beta0, ends: [1, 4], count: 4}": "0 <= beta0 <= pi is broken",
         "problem.rows={axis: h0, ends: [1/10000, 2], count: 4}": "h0 > mu",
         "problem.rows.axis=log10_J1": "got 'log10_J1'; did you mean log10_J1_0?",
@@ -136,7 +141,12 @@ def test_what_has_no_meaning_is_refused_where_it_is_written(name: str, setting: 
 ACCEPTED = {
     "exponents": ["problem.n_symbols=10"],
     "fig1": ["problem.view.elevation=pi/2", "problem.points=9", "problem.heights=[0.001, 0.999]"],
-    "fig3": ["problem.half_width=1.001", "problem.half_width=100", "problem.theta2_0.count=10000"],
+    "fig3": [
+        "problem.mu=2e-12",
+        "problem.half_width=1.001",
+        "problem.half_width=100",
+        "problem.theta2_0.count=10000",
+    ],
     "fig4_zoom": ["problem.symbol=15", "problem.factor=2", "problem.step=1e-188"],
     "fig5": ["problem.n_wound=5"],
     "route_map": ["problem.n_symbols=250"],

@@ -13,7 +13,7 @@ from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.machine import files
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.routes import choice
+from rigidpend.routes import choice, costs
 from rigidpend.routes.cells import Cells, cells_of_starts
 from tests.experiments.trees import asked, computed, differences
 
@@ -228,21 +228,33 @@ def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("pair", "arrays", "mu", "begun"),
+    ("pair", "arrays", "mu", "begun", "actions"),
     [
-        (PAIRS[0], 4, 0.0015, route_map.BEGUN + route_map.OWN_BODY),
-        (PAIRS[1], 3, 0.0015, route_map.BEGUN + route_map.OWN_BODY),
-        (PAIRS[2], 1, 0.001, 0),
-        (PAIRS[3], 3, 0.001, route_map.BEGUN),
+        (PAIRS[0], 4, 0.0015, route_map.BEGUN + route_map.OWN_BODY, 3),
+        (PAIRS[1], 3, 0.0015, route_map.BEGUN + route_map.OWN_BODY, 4),
+        (PAIRS[2], 1, 0.001, 0, 3),
+        (PAIRS[3], 3, 0.001, route_map.BEGUN, 0),
     ],
 )
+@pytest.mark.parametrize("many", [False, True])
 def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_one(
-    monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], arrays: int, mu: float, begun: float
+    monkeypatch: pytest.MonkeyPatch,
+    pair: tuple[str, str],
+    arrays: int,
+    mu: float,
+    begun: float,
+    actions: int,
+    many: bool,
 ) -> None:
-    """In the precisions of the config, and what each body or energy takes before its orbits."""
+    """In the precisions of the config, and what each body, energy or action takes before orbits.
+
+    Of many orbits maps place the actions at no cost.
+    """
     seconds = Mock(return_value=7.0)
     monkeypatch.setattr(choice, "expected_seconds", seconds)
+    monkeypatch.setattr(costs, "at_stake", lambda *_: many)
     given = over(*pair)
+    begun += 0 if many else actions * route_map.OWN_ACTION
     assert route_map.cost(given) == pytest.approx((7 + begun) * arrays)
     [((one, orbits, precisions), _)] = seconds.call_args_list
     assert precisions == given.numerics.precisions

@@ -141,6 +141,14 @@ def test_order_of_rounding_beside_alpha0_of_pi() -> None:
     assert 1 < off * 2.0**45 * (1 - float(body.mu)) < 1 / math.sin(body.alpha0)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_growth_beyond_doubles_is_not_called_elliptic() -> None:
+    """A thin body, where a period multiplies deviations by more than 1e308."""
+    p = Body(A=(1, "1e-6", "0.9999995"), r=(1, "0.3", 0), mu="0.3").angles()
+    with pytest.raises(ArithmeticError, match="512 steps don't settle"):
+        periodic_orbit(p, 1.0)
+
+
 def test_steps_settle_until_rounding_decides() -> None:
     """Beside alpha0 = pi: at 0.99 h0 halved steps change theta1 by 5e-13, at 0.9999 by 3e-11."""
     assert leaves(periodic_orbit(loaded(NEAR_PI, 0.99), 1.0))

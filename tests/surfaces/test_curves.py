@@ -2,6 +2,7 @@
 
 import math
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
+from rigidpend.surfaces import curves as surfaces
 from rigidpend.surfaces.curves import (
     CHORD,
     S1_minus,
@@ -139,3 +141,17 @@ def test_where_the_pendulum_motion_is_elliptic_there_is_no_surface() -> None:
     assert S1_minus(problem, np.array([0.3]), 1.0, "taylor").offsets.size == 2
     with pytest.raises(ArithmeticError, match=r"no S1- of the energy 0\.4098.* between -2 and 2"):
         S1_minus(problem, np.array([0.3, -0.3]), 1.0, "taylor")
+
+
+def test_many_orbits_are_followed_some_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All samples of 10,000 orbits of a nearly symmetric body would take 40 GB."""
+    problem = made()
+    whole, followed = lower(problem), Mock(wraps=states_at)
+    monkeypatch.setattr(surfaces, "states_at", followed)
+    monkeypatch.setattr(surfaces, "AT_ONCE", 5 * times(problem).size)
+    parts = lower(problem)
+    assert [call.args[1].shape[-1] for call in followed.call_args_list] == [5, 5, 2]
+    for name in SurfaceCurves._fields:
+        np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), rtol=1e-13)
+    monkeypatch.setattr(surfaces, "AT_ONCE", 1)
+    np.testing.assert_array_equal(lower(problem).offsets, whole.offsets)

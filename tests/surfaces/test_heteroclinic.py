@@ -150,6 +150,22 @@ def test_secants_that_lead_nowhere_begin_anew() -> None:
     assert found % math.tau == pytest.approx(1.7224, abs=1e-4), "by bisection"
 
 
+def test_secants_end_where_roundings_of_many_turns_keep_g_from_its_goal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A nearly symmetric body turns 2,400 times on its way: g is known to 1e-11 only."""
+    monkeypatch.setattr(heteroclinic, "SECANTS", 5)
+    monkeypatch.setattr(heteroclinic, "BEGINNINGS", 1)
+    body = Body(A=(16, 8, "15.9999"), r=(1, "0.7", 0), mu="1e-6")
+    unit = float(body.mu) * body.nu
+    np.testing.assert_allclose(
+        increments(body, H0, ARITHMETIC).gained,
+        np.tile(first_order(body.angles(), 1.0), (2, 1)),
+        rtol=0,
+        atol=2e-8 * unit,
+    )
+
+
 def test_an_elliptic_periodic_orbit_is_said_to_have_no_surface() -> None:
     body = Body(A=(2, "1.304", "1.354"), r=("0.666", "0.746", 0), mu="0.6")
     with pytest.raises(ArithmeticError, match=r"not hyperbolic: .* sum 0\.976049"):

@@ -34,6 +34,12 @@ def compute(config: Config, means: Means) -> Tree:
     return {"table": table, "bodies": groups}
 
 
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a config takes on one core."""
+    orbits = config.problem.theta2_0.count
+    return sum(surfaces.expected_seconds(x, orbits) for x in _problems(config.problem).values())
+
+
 def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
     """Compute the window and the two surfaces of a body."""
     theta2_0 = Phases(config.problem.theta2_0.phases).high

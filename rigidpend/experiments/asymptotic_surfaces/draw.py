@@ -23,6 +23,8 @@ ACROSS = 7
 COLOURS = {"S2_plus": plots.BLUE, "S1_minus": plots.RED}
 NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
 """The surfaces from top to bottom, as the paper writes them."""
+SMALL = 1e-3
+"""Swing Delta_1, radians, of which five digits after the point show at least a hundredth."""
 BORN: Any = (0, (4, 3))
 """Line style for the swing Delta_1 of the periodic orbits from which surfaces begin."""
 THIN = 0.28
@@ -54,10 +56,7 @@ def draw(result: Loaded) -> Figure:
                 axes.text(-0.44, 0.75, NAMES[surface], transform=axes.transAxes, **look)
         # The last two panels are this column: title above the upper, axis below the lower.
         figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)
-        # Origin and unit of the ticks.
-        origin, unit = f"{body['centre']:.4f}$ rad", f"{body['Delta_1']:.5f}$ rad"
-        said = rf"$\theta_1 - {origin}" + "\n" + rf"$\Delta_1 = {unit}"
-        figure.axes[-1].set_xlabel(said, fontsize=7, labelpad=3, linespacing=1.5)
+        figure.axes[-1].set_xlabel(_about(body), fontsize=7, labelpad=3, linespacing=1.5)
     entries = [plots.entry(f"orbits on {NAMES[name]}", color=COLOURS[name]) for name in NAMES]
     entries.append(plots.entry(r"$\alpha_0 + \beta_0 \pm \Delta_1$", color="0.35", ls=BORN, lw=0.8))
     figure.legend(handles=entries, loc="lower center", ncols=3, borderaxespad=0.1)
@@ -67,6 +66,15 @@ def draw(result: Loaded) -> Figure:
 def _title(name: str, nu: float) -> str:
     # matplotlib's mathematics would read an underscore as a subscript.
     return rf"$\it{{{name}}}$".replace("_", r"\_") + "\n" + rf"$\nu = {nu:.2f}$"
+
+
+def _about(body: Data) -> str:
+    """Origin and unit of the ticks of theta1."""
+    # There is no room for an origin in so many digits that a small unit asks for.
+    origin, unit = r"\alpha_0 - \beta_0$", plots.power(body["Delta_1"])
+    if body["Delta_1"] >= SMALL:
+        origin, unit = f"{body['centre']:.4f}$ rad", f"{body['Delta_1']:.5f}"
+    return rf"$\theta_1 - {origin}" + "\n" + rf"$\Delta_1 = {unit}$ rad"
 
 
 def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
@@ -80,7 +88,13 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     axes.set_xlim(*map(float, body["window"]))
     # Without a margin the frame would cover curves near the periodic orbits.
     axes.set_ylim(-0.02, 1.02)
-    axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
+    # In a wide window ticks at its swing would be upon each other.
+    half = (body["window"][1] - body["centre"]) / body["Delta_1"]
+    times = max(1, int(half / 2 + 0.01))
+    names = [rf"${sign}{times if times > 1 else ''}\Delta_1$" for sign in ("-", "")]
+    axes.set_xticks(
+        [body["centre"] + x * times * body["Delta_1"] for x in (-1, 1)], names, fontsize=7
+    )
     axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])
     axes.tick_params(length=2)
 
@@ -113,5 +127,5 @@ def tables(result: Loaded) -> list[Table]:
             Column("computed", table[name], ".7f"),
         ]
     widths = [body["Delta_1"] for body in bodies.values()]
-    columns += [Column("nu", table["nu"], ".4f"), Column("Delta_1", widths, ".5f")]
+    columns += [Column("nu", table["nu"], ".4f"), Column("Delta_1", widths, ".4g")]
     return [Table.of("Table 1, in radians, with nu and Delta_1 (dt)", columns)]

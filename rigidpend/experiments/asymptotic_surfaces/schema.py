@@ -20,7 +20,7 @@ from rigidpend.config.schema import (
 )
 
 MOST_ORBITS = 10_000
-"""Largest number of orbits on a surface; memory holds all their samples."""
+"""Largest number of orbits on a surface; memory holds all points of their curves."""
 
 
 WIDE = holding(lambda x: 1 < x <= 100, "half_width must be more than 1 and at most 100")
@@ -42,7 +42,7 @@ class Problem(Part):
     beta0: Annotated[Number | None, *word_for_none("gamma0")]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
     mu: Weight
-    """Weight times the distance of the centre of gravity, mu >= 0; physical units."""
+    """Weight times the distance of the centre of gravity, mu >= 1e-12 h0; physical units."""
     M_0: Number
     """Initial \\|M\\|, physical; h0 = M_0^2/(2 A3)."""
     J1_0: Number

@@ -16,6 +16,7 @@ from rigidpend.machine.progress import PartDone
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.orbits.return_map import MapError
 from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
@@ -35,7 +36,11 @@ def compute(config: Config, means: Means) -> Tree:
     theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)
     n, shape = problem.n_symbols, (y.size, x.size)
     codes = cells_of_starts(problem.routes, theta2, J1, means.arithmetic, means.jobs)
-    orbits = orbits_of(replace(problem.routes, J1_0=exact(float(J1[-1]))))
+    try:
+        orbits = orbits_of(replace(problem.routes, J1_0=exact(float(J1[-1]))))
+    except MapError as reason:
+        said = "so there is no return map, of which exponents are derivatives"
+        raise MapError(f"{reason}: {said}") from None
     grown, followed, allowed = _followed(orbits, theta2, J1, n, means)
     # The map in doubles may follow another orbit: its growth counts only with the established code.
     known = (codes.certain == n) & (followed == codes.codes).all(axis=0)

@@ -39,13 +39,15 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     shown = plots.draw_cells(axes, x, y, exponent, cmap="magma", vmin=ends[0], vmax=ends[1])
     figure.colorbar(shown, ax=axes, label="exponent per passage", extend="both", pad=0.01)
     plots.draw_changes(axes, x, y, data["codes"], CHANGES)
-    axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)))
     axes.set(xlabel=plots.axis_label(MEANING["theta2_0"]), ylabel=plots.axis_label(LOG10_J1_0))
     axes.set_ylim(*plots.cell_ends(y))
-    said = (
-        rf"exponents of {len(data['codes'])} passages, Euclidean norm of $(M', \gamma)$; dashed: "
-    )
-    plots.title(axes, "a", rf"{said}$\log_{{10}} J_1^0 = {float(data['marked']):.4g}$")
+    said = rf"exponents of {len(data['codes'])} passages, Euclidean norm of $(M', \gamma)$"
+    marked = float(data["marked"])
+    # A config's own action may be none of the plane.
+    if plots.holds(y, marked):
+        axes.axhline(marked, color="white", lw=0.8, ls=(0, (5, 3)))
+        said += rf"; dashed: $\log_{{10}} J_1^0 = {marked:.4g}$"
+    plots.title(axes, "a", said)
 
 
 def _draw_spread(axes: Axes, growth: Data) -> None:

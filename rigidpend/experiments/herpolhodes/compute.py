@@ -51,7 +51,8 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
     )
     # The route may have been decided in more bits; samples in doubles might follow another one.
     if not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
-        raise ArithmeticError(f"theta2_0 = {theta2_0}: the orbit in doubles leaves the route")
+        said = "the orbit in doubles leaves the route; take fewer symbols"
+        raise ArithmeticError(f"theta2_0 = {theta2_0}: {said}")
     return orbit
 
 

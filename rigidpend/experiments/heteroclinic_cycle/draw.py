@@ -43,7 +43,7 @@ def draw(result: Loaded) -> Figure:
     shifts = _shifts(data["vertices"]["theta1"])
     _draw_edges(axes, data["edges"], shifts)
     _draw_vertices(axes, data["vertices"], shifts)
-    _name_axes(axes, data["vertices"])
+    _name_axes(axes, data["vertices"], shifts)
     handles = [entry(**look, lw=1.8) for look in LOOKS.values()]
     figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.6)
     return figure
@@ -98,13 +98,14 @@ def _draw_vertices(axes: Axes, vertices: Any, shifts: dict[float, int]) -> None:
         text.set_color("0.45" if again else "black")
 
 
-def _name_axes(axes: Axes, vertices: Any) -> None:
+def _name_axes(axes: Axes, vertices: Any, shifts: dict[float, int]) -> None:
     places = vertices["theta1"][vertices["J1"] == 0]
+    # First, since it would put labels back that are set apart.
+    axes.tick_params(axis="x", pad=18, length=0)
     separatrix_ticks(axes, places, digits=4)
     axes.set_ylim(0, 1)
-    axes.tick_params(axis="x", pad=18, length=0)
     axes.set_yticks([0, 1], ["$0$", "$1$"])
-    axes.tick_params(axis="y", pad=14, length=0)
+    axes.tick_params(axis="y", pad=14 - shifts[places[0]], length=0)
     axes.set_ylabel("$J_1/J_2$", labelpad=2)
     axes.spines[:].set_visible(False)
 

@@ -15,6 +15,8 @@ from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers import Array
 
+OUTLINE = 241
+"""Number of points of the sphere's outline, round also where orbits have few."""
 AXIS = 1.4
 """Length of the axes as drawn, in units of |M|."""
 
@@ -22,7 +24,8 @@ AXIS = 1.4
 def compute(config: Config, means: Means) -> Tree:
     """Compute both phase portraits of a config, all in closed form."""
     problem = config.problem
-    body, axes, phi = problem.body, view_axes(problem.view), np.linspace(0, TURN, problem.points)
+    body, axes = problem.body, view_axes(problem.view)
+    phi, around = (np.linspace(0, TURN, points) for points in (problem.points, OUTLINE))
     sides = [(f, side) for f in (free_body.around_M2, free_body.around_M1) for side in (1, -1)]
     heights = [float(x) for x in problem.heights]
     every = [f(body.alpha0, h, side, phi) for f, side in sides for h in heights]
@@ -43,7 +46,7 @@ def compute(config: Config, means: Means) -> Tree:
         "separatrices": {**separatrices, "number": numbers},
         "centres": centres,
         "sphere": {
-            "outline": np.stack((np.cos(phi), np.sin(phi))),
+            "outline": np.stack((np.cos(around), np.sin(around))),
             "axis_feet": axes.copy(),
             "axis_tips": AXIS * axes,
         },

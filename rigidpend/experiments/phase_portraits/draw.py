@@ -16,8 +16,8 @@ from rigidpend.numbers import Scalar
 
 SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
-
-
+NAME = 0.2
+"""Room for the name of an axis beyond its tip, in units of |M|."""
 PALE = {plots.PINK: "#EFD6E4", plots.GREEN: "#B3DDD0", plots.BLUE: "#A3CBE3", plots.RED: "#F1C09C"}
 """Colour of the hidden part of a line, by the colour of the line."""
 ORBITS: dict[int, dict[str, Any]] = {
@@ -87,8 +87,11 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
             _name_separatrix(axes, curve)
     _draw_centres(axes, data["centres"])
     _draw_axes(axes, data["sphere"])
-    # More room to the right and above, for the names of the axes.
-    axes.set(xlim=(-1.12, 1.5), ylim=(-1.05, 1.52))
+    # Room for the sphere, and beyond each axis for its name.
+    tips = data["sphere"]["axis_tips"][:2]
+    low = np.minimum((-1.12, -1.05), tips.min(axis=1) - NAME)
+    high = np.maximum((1.5, 1.52), tips.max(axis=1) + NAME)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
 def _name_separatrix(axes: Axes, curve: Curve) -> None:
@@ -126,24 +129,26 @@ def _draw_plane(axes: Axes, data: Data) -> None:
     for curve in (c for c in curves if not c.number):
         axes.plot(curve.theta1, curve.J1, **curve.look)
         _draw_arrows(axes, curve.theta1, curve.J1, curve.arrows, curve.look)
+    places, numbers = plane["separatrix_theta1"], plane["separatrix"]
+    plots.separatrix_ticks(axes, places, digits=3)
     numbered = {curve.number: curve for curve in curves}
-    for x, number in zip(plane["separatrix_theta1"], plane["separatrix"], strict=True):
-        _draw_segment(axes, x, numbered[int(number)])
+    for x, number, label in zip(places, numbers, axes.get_xticklabels(), strict=True):
+        # Set apart where the labels below are.
+        _draw_segment(axes, x, numbered[int(number)], label.get_horizontalalignment())
     centres = data["centres"]
     axes.plot(centres["theta1"], centres["J1"], "o", ms=2.5, color="black")
-    plots.separatrix_ticks(axes, plane["separatrix_theta1"], digits=3)
     axes.set_ylim(0, 1)
     axes.set_yticks([0, 0.5, 1])
     axes.set_ylabel(r"$J_1/J_2$", labelpad=1)
 
 
-def _draw_segment(axes: Axes, theta1: float, curve: Curve) -> None:
-    """Draw a separatrix at its place, or 4 pi further."""
+def _draw_segment(axes: Axes, theta1: float, curve: Curve, side: str) -> None:
+    """Draw a separatrix at its place, or 4 pi further, with its number above."""
     look, x = curve.look, np.full_like(curve.J1, theta1)
     # The outer ones lie on the edges of the panel; clipping would halve their width.
     axes.plot(x, curve.J1, **look, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
-    said: dict[str, Any] = {"ha": "center", "color": look["color"], "weight": "bold"}
+    said: dict[str, Any] = {"ha": side, "color": look["color"], "weight": "bold"}
     plots.beside(axes, str(curve.number), (theta1, 1), 0, 3, **said)
 
 

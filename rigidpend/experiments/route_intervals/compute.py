@@ -34,6 +34,8 @@ FIRST = 5
 """Halvings with which the search begins."""
 ROUND = 2
 """Intervals for each process in a part, which is then stored."""
+EACH = 0.15
+"""Seconds of a core that an interval takes whatever its symbols, most of them of its process."""
 COLUMN_SYMBOLS = 15
 """Symbols of a column: as many as Fig. 4 has rows."""
 
@@ -201,4 +203,4 @@ def cost(config: Config) -> float:
     problem = config.problem
     asked = replace(problem.routes, n_symbols=problem.n_symbols)
     intervals = 1 << min(problem.halvings, max(FIRST, 2 * problem.n_symbols + 1))
-    return expected_seconds(asked) * intervals / 2
+    return (expected_seconds(asked) + EACH) * intervals / 2

@@ -21,7 +21,7 @@ from rigidpend.machine.progress import PartDone
 from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.routes import choice
+from rigidpend.routes import choice, costs
 from rigidpend.routes.cells import OF_BODY, Cells, cell_problem, cells_of_each, cells_of_starts
 
 PIECES = True
@@ -40,6 +40,8 @@ BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
 """Seconds of a core: for an energy of its own, in addition for a body of its own, for 15 symbols.
 
 The first two precede the integration; most of them go into the numbers in 113 bits."""
+OWN_ACTION = 1.2e-3
+"""Seconds of a core for each action J1_0 of an array that is integrated, to place its orbits."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -202,4 +204,7 @@ def _cost(columns: int, rows: int, problem: Problem, precisions: Sequence[int]) 
     middle = {} if arrays == 1 else {problem.names[1 if across else 0]: sum(axis.ends) / 2}
     one, orbits = cell_problem(problem.routes, middle), cells // arrays
     begun = BEGUN * bool(middle) + OWN_BODY * any(name in OF_BODY for name in middle)
+    if not costs.at_stake(one, orbits, precisions):
+        lengths = dict(zip(problem.names, (columns, rows), strict=True))
+        begun += OWN_ACTION * lengths.get("log10_J1_0", 0)
     return arrays * (begun + choice.expected_seconds(one, orbits, precisions))

@@ -91,9 +91,9 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     row, column = np.nonzero(plane["certain"] < len(codes))
     if row.size:
         axes.plot(x[column], y[row], ",", color=plots.DOUBT, label="uncertain", rasterized=True)
-    _mark(axes.axhline, float(data["marked"]), extent[2:])
+    _mark(axes.axhline, float(data["marked"]), y)
     if "marked_x" in data:
-        _mark(axes.axvline, float(data["marked_x"]), extent[:2])
+        _mark(axes.axvline, float(data["marked_x"]), x)
     axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.set_xlabel(NAMES[str(data.get("x_axis", "theta2_0"))], labelpad=2)
     if axes.get_position().x0 * plots.WIDTH < 1.01 * LEFT:
@@ -113,9 +113,9 @@ def _is_fine(low: float, high: float) -> bool:
     return bool(high - low < FINE * max(abs(low), abs(high)))
 
 
-def _mark(line: Callable[..., Any], value: float, ends: tuple[float, ...]) -> None:
+def _mark(line: Callable[..., Any], value: float, cells: Array) -> None:
     """Mark a value of an axis by a line, if it is between the ends."""
-    if ends[0] <= value <= ends[1]:
+    if plots.holds(cells, value):
         line(value, color="white", lw=1.6)
         line(value, color=plots.ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
 
@@ -138,9 +138,12 @@ def _frame(before: list[Axes], zoom: Data, name: str) -> None:
 
 def _entries(data: Data, zooms: Data) -> list[Any]:
     """Entries of the legend, only for things that the figure shows."""
-    own = [f"{NAMES[str(data['y_axis'])]} = {float(data['marked']):g}"]
-    if "marked_x" in data:
-        own.append(f"{NAMES[str(data['x_axis'])]} = {float(data['marked_x']):g}")
+    planes = (data, *zooms.values())
+    own = [
+        f"{NAMES[str(data[f'{key}_axis'])]} = {float(data[marked]):g}"
+        for key, marked in (("y", "marked"), ("x", "marked_x"))
+        if marked in data and any(plots.holds(plane[key], data[marked]) for plane in planes)
+    ]
     (width, grey), *_ = plots.LINES
     symbols = len(data["codes"])
     shades = "; shades: later symbols" if symbols > 1 else ""
@@ -150,11 +153,12 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
         Patch(facecolor=SHADES(0.25), label=f"$z_1 = 0${shades}"),
         Patch(facecolor=SHADES(0.75), label=f"$z_1 = 1${shades}"),
         plots.entry(changes, color=grey, lw=width),
-        plots.entry(", ".join(own), color=plots.ZOOM, lw=0.8, ls=(0, (5, 3))),
     ]
+    if own:
+        entries.append(plots.entry(", ".join(own), color=plots.ZOOM, lw=0.8, ls=(0, (5, 3))))
     if zooms:
         entries.append(Patch(fill=False, edgecolor=plots.ZOOM, lw=1.2, label="magnified part"))
-    if any((plane["certain"] < len(plane["codes"])).any() for plane in (data, *zooms.values())):
+    if any((plane["certain"] < len(plane["codes"])).any() for plane in planes):
         entries.append(plots.entry("uncertain", color=plots.DOUBT, marker=".", ls=""))
     return entries
 

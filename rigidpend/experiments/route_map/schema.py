@@ -99,7 +99,8 @@ class Problem(RouteStart):
             try:
                 cell_problem(self.routes, dict(zip(self.names, corner, strict=True)))
             except ParameterError as error:
-                name = {"J1_0": "log10_J1_0"}.get(error.field, error.field)
+                # alpha0 is reached by A3, which may make no body.
+                name = {"J1_0": "log10_J1_0", "A": "alpha0"}.get(error.field, error.field)
                 # h0 > mu is broken by h0 or mu: the error names the one that varies.
                 name = "mu" if name == "h0" and name not in keys else name
                 # The error names the ends alone: the number of cells is not at fault.
