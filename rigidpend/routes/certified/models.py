@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from operator import add
+from operator import add, sub
 from typing import Any, Self, TypeAlias
 
 from flint import arb, arb_mat, ctx, fmpz, fmpz_mpoly_ctx, fmpz_poly
@@ -185,14 +185,18 @@ class Family:
         return type(self)(-self.doubled, self.degree, self.bits, self.error, self.orders)
 
     def __add__(self, other: Self) -> Self:
+        return self._combined(add, other)
+
+    def __sub__(self, other: Self) -> Self:
+        return self._combined(sub, other)
+
+    def _combined(self, rule: Callable[[Any, Any], Any], other: Self) -> Self:
+        """The sum or the difference of functions, whose errors add up in both."""
         bits, degree = max(self.bits, other.bits), max(self.degree, other.degree)
         # Both in the finer units, with T_0 at the same power of z.
         a, b = (x._lifted(bits - x.bits, degree - x.degree) for x in (self, other))
         error = sum(x.error << (bits - x.bits) for x in (self, other))
-        return type(self)(a + b, degree, bits, error, _each(max, self.orders, other.orders))
-
-    def __sub__(self, other: Self) -> Self:
-        return self + -other
+        return type(self)(rule(a, b), degree, bits, error, _each(max, self.orders, other.orders))
 
     def __mul__(self, other: Self) -> Self:
         # 2P 2Q is twice 2PQ: in units half as large it is the doubled product as it stands.

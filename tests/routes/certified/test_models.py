@@ -76,9 +76,10 @@ def test_the_second_checker_has_the_same_products_and_values_exactly() -> None:
             assert on_part(k)[0] <= true <= on_part(k)[1]
 
 
-def test_a_product_is_rounded_by_little() -> None:
-    a, b = (Path.of_series(random_series(seed, 30), UNIT) for seed in (3, 4))
-    assert (a * b).error == 59
+def test_a_product_is_rounded_by_little_to_the_finer_unit() -> None:
+    a, b, finer = (Path.of_series(random_series(3, 30), UNIT + k) for k in (0, 0, 9))
+    assert (a * b).error == (a * finer).error == (finer * a).error == 59
+    assert ((a * b).bits, (a * finer).bits, (finer * a).bits) == (UNIT, UNIT + 9, UNIT + 9)
 
 
 def terms_of(found: Family, by: int = 1) -> dict[tuple[int, ...], Fraction]:

@@ -232,9 +232,10 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
 
 @pytest.mark.parametrize("k", [0, 8])
 def test_C2_rounding_makes_the_bounds_of_a_defect_no_smaller_and_hardly_larger(
-    stored: Stored, k: int
+    stored: Stored, monkeypatch: pytest.MonkeyPatch, k: int
 ) -> None:
     """Than those of its products without rounding, of the first stored step and of the last."""
+    monkeypatch.setattr(passages, "norms", bounded := Mock(side_effect=sections.norms))
     piece, numbers = stored.orbits[0][k], stored.numbers
     states = [Family.of(x, piece.bits) for x in piece.terms]
     half = Family.of(piece.half_length, CLOCK)
@@ -245,6 +246,11 @@ def test_C2_rounding_makes_the_bounds_of_a_defect_no_smaller_and_hardly_larger(
         exactly = sections.norms(off, numbers.growth, numbers.along)
     for mine, without in zip(found[:3], exactly[:3], strict=True):
         assert without <= mine < (1 + 1e-7) * without
+    terms, all_terms = (
+        sum(len(x.doubled) for x in each) for each in (bounded.call_args[0][0], off)
+    )
+    assert terms < 0.85 * all_terms
+    assert all(x.bits == piece.bits + passages.DEFECT_BITS for x in bounded.call_args[0][0])
 
 
 @pytest.mark.parametrize(("share", "reason"), [(0.995, "C3"), (1.005, "C2")])
