@@ -175,6 +175,8 @@ def test_a_value_is_a_ball_around_the_exact_one() -> None:
         *((random_series(7, 10), offset, parts) for offset in (0, 3 << UNIT) for parts in (4, 32)),
         # T_8 is 1 at all ends of 4 parts, and 0 between them.
         ([0] * 8 + [1 << UNIT], 0, 4),
+        # A line is at the ends of a part as far from its mean as its slope says.
+        ([0, 1 << UNIT], 0, 4),
         # Only the error tells values of these functions from zero.
         ([0], 0, 4),
     ],
@@ -279,6 +281,8 @@ def test_degrees_are_the_largest_of_all_terms_and_add_up_in_products() -> None:
     """A derivative errs by as many times more: by its degree."""
     one, other = Family.of(FIRST, UNIT), Family.of(SECOND, UNIT)
     assert (one.orders, other.orders, (one * other).orders) == ((3, 1, 1), (1, 2, 2), (4, 3, 3))
+    one.error = 10
+    assert [one.partial(name).error for name in "uvw"] == [30, 10, 10]
     assert Family.of({}, UNIT).orders == Family.of({(1, 2, 3, 4): 0}, UNIT).orders == (0, 0, 0)
 
 
