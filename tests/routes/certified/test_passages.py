@@ -253,6 +253,16 @@ def test_C2_rounding_makes_the_bounds_of_a_defect_no_smaller_and_hardly_larger(
     assert all(x.bits == piece.bits + passages.DEFECT_BITS for x in bounded.call_args[0][0])
 
 
+def test_C3_a_jump_between_steps_adds_to_the_distance_of_orbits(stored: Stored) -> None:
+    """One of Qp, whose size is that in the norm, and none of its derivatives."""
+    begin, jump = 2.0**-20, Fraction(3, 2**20)
+    states = [Family.of_fraction(x, BITS) for x in (jump, 0, 0, 0, 0, 0)]
+    end = [Family.of_fraction(0, BITS) for _ in states]
+    found = passages.joined(stored.numbers, states, end, [arb(begin)] * 4)
+    for bound, true in zip(found, [4 * begin, *[begin] * 3], strict=True):
+        assert arb(true) <= bound < (1 + 1e-9) * arb(true)
+
+
 @pytest.mark.parametrize(("share", "reason"), [(0.995, "C3"), (1.005, "C2")])
 def test_C2_a_step_goes_forward(stored: Stored, share: float, reason: str) -> None:
     """What is allowed is that of another orbit, and so the tube fails next."""
