@@ -108,6 +108,7 @@ class Approximation:
         # M3, grow and decay at the rate sin(alpha0) |M|.
         self.longest = LONGEST / (size * max(c.kappa, 2 * c.half_sigma))
         self.size = size
+        self._known: dict[int, AlignedCoefficients] = {}
 
     def step(self, bits: int) -> Step:
         """The next step, its coefficients in units of 2^-bits."""
@@ -167,6 +168,13 @@ class Approximation:
         kept[:, :m] = series[:, :m]
         return kept, n
 
+    def _numbers(self, bits: int) -> AlignedCoefficients:
+        """The coefficients of the field in units of 2^-bits."""
+        if bits not in self._known:
+            paths = (Path.of_ball(arb(c), bits) for c in self.coefficients)
+            self._known[bits] = AlignedCoefficients(*paths)
+        return self._known[bits]
+
     def _residual(
         self, P: Sequence[Sequence[int]], begin: Sequence[int], whole: int, bits: int, work: int
     ) -> list[list[int]]:
@@ -174,8 +182,7 @@ class Approximation:
         # Later coefficients are smaller than a unit of so few bits.
         shift, n = bits - work, min(len(P[0]), len(P[0]) * work // bits + GRAIN)
         rows = [[w >> shift for w in row[:n]] for row in P]
-        numbers = AlignedCoefficients(*(Path.of_ball(arb(c), work) for c in self.coefficients))
-        rates = aligned([Path.of_series(row, work) for row in rows], numbers)
+        rates = aligned([Path.of_series(row, work) for row in rows], self._numbers(work))
         found, rest = [], [0] * (len(P[0]) - n)
         for w, rate, x in zip(rows, rates, begin, strict=True):
             r = [whole * c >> ORBIT_CLOCK for c in rate.series[: n + 1]]

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from operator import add
+from operator import add, sub
 from typing import Any, Self, TypeAlias
 
 from flint import arb, arb_mat, ctx, fmpz, fmpz_mpoly_ctx, fmpz_poly
@@ -48,7 +48,7 @@ class Family:
     It stands for every polynomial of (x, u, v, w) in [-1, 1]^4 whose coefficients differ from
     the stored ones by at most `error` in total, in units of 2^-bits, and whose degrees are at most
     `orders`. So its derivatives in u, v and w are bounded too. Sums and products are exact, and get
-    longer: errors come from rounded constants and from :meth:`widened` alone.
+    longer: errors come from constants, from :meth:`rounded` and from :meth:`widened` alone.
     """
 
     def __init__(
@@ -68,11 +68,19 @@ class Family:
 
     def _lifted(self, bits: int, by: int) -> Any:
         """The stored polynomial in units finer by so many bits, times z^by."""
-        return self.doubled * (_Z**by * (1 << bits))
+        found = self.doubled * (1 << bits) if bits else self.doubled
+        return found * _Z**by if by else found
 
     def _sloped(self) -> Any:
         """The derivative of the stored polynomial in z."""
         return self.doubled.derivative("z")
+
+    def _product(self, other: Self) -> Any:
+        """The product of the stored polynomials."""
+        # A step's coefficients fit a word, but not once they are multiplied by a constant of the
+        # body; FLINT takes ten times as long then. So common factors are taken out before.
+        (f, p), (g, q) = self.doubled.primitive(), other.doubled.primitive()
+        return p * q * (f * g)
 
     @classmethod
     def of(cls, terms: Mapping[Powers, int], bits: int) -> Self:
@@ -87,8 +95,10 @@ class Family:
             for (j, *powers), c in terms.items()
             for side in (-1, 1)
         }
-        k, l, m = (max((at[i] for at in both), default=0) for i in (1, 2, 3))
-        return cls(_RING.from_dict(both), n, bits, 0, (k, l, m))
+        doubled = _RING.from_dict(both)
+        # Of the polynomial 0 all degrees are -1.
+        _, k, l, m = (max(0, int(degree)) for degree in doubled.degrees())
+        return cls(doubled, n, bits, 0, (k, l, m))
 
     @classmethod
     def of_ball(cls, ball: arb, bits: int) -> Self:
@@ -130,11 +140,11 @@ class Family:
 
     def middle(self) -> Path:
         """The series at u = v = w = 0, with an error that covers the functions at all u, v, w."""
-        n, terms = self.degree, self.doubled.to_dict()
+        n, terms = self.degree, self.doubled.subs(dict.fromkeys(PARAMETERS, 0)).to_dict()
         series = [int(terms.get((n + j, 0, 0, 0), 0)) for j in range(n + 1)]
-        beside = sum(abs(int(c)) for (_, *powers), c in terms.items() if any(powers))
         found = Path.of_series(series, self.bits)
-        return Path(found.doubled, n, self.bits, (beside + 1) // 2 + self.error)
+        # The other terms are what is left of the size, which is rounded up to a whole number.
+        return Path(found.doubled, n, self.bits, self.size - found.size + 1)
 
     def at(self, name: str, side: int) -> Self:
         """The family on the face where z, u or v is -1 or 1; z = side means x = side."""
@@ -175,28 +185,40 @@ class Family:
         return type(self)(-self.doubled, self.degree, self.bits, self.error, self.orders)
 
     def __add__(self, other: Self) -> Self:
+        return self._combined(add, other)
+
+    def __sub__(self, other: Self) -> Self:
+        return self._combined(sub, other)
+
+    def _combined(self, rule: Callable[[Any, Any], Any], other: Self) -> Self:
+        """The sum or the difference of functions, whose errors add up in both."""
         bits, degree = max(self.bits, other.bits), max(self.degree, other.degree)
         # Both in the finer units, with T_0 at the same power of z.
         a, b = (x._lifted(bits - x.bits, degree - x.degree) for x in (self, other))
         error = sum(x.error << (bits - x.bits) for x in (self, other))
-        return type(self)(a + b, degree, bits, error, _each(max, self.orders, other.orders))
-
-    def __sub__(self, other: Self) -> Self:
-        return self + -other
+        return type(self)(rule(a, b), degree, bits, error, _each(max, self.orders, other.orders))
 
     def __mul__(self, other: Self) -> Self:
         # 2P 2Q is twice 2PQ: in units half as large it is the doubled product as it stands.
         bits = self.bits + other.bits + 1
         orders = _each(add, self.orders, other.orders)
-        degree = self.degree + other.degree
-        error = 2 * self._carried(other)
-        return type(self)(self.doubled * other.doubled, degree, bits, error, orders)
-
-    def _carried(self, other: Self) -> int:
-        """The error of an exact product, in products of both units."""
         # Both sizes include the errors, so the product of the errors is counted twice: enough.
         error = self.size * other.error if other.error else 0
-        return error + (self.error * other.size if self.error else 0)
+        error += self.error * other.size if self.error else 0
+        degree = self.degree + other.degree
+        return type(self)(self._product(other), degree, bits, 2 * error, orders)
+
+    def rounded(self, bits: int) -> Self:
+        """A family that contains these functions, in units of 2^-bits if its own are finer.
+
+        Terms of less than a unit may vanish.
+        """
+        if (down := self.bits - bits) <= 0:
+            return self
+        # Each coefficient of 2 P is rounded by less than a unit: FLINT rounds some quotients down
+        # and some towards zero. So P is off by less than half as many units as there are terms.
+        error = (len(self.doubled) + 1) // 2 - (-self.error >> down)
+        return type(self)(self.doubled // (1 << down), self.degree, bits, error, self.orders)
 
 
 def _each(rule: Callable[[int, int], int], a: Orders | None, b: Orders | None) -> Orders | None:
@@ -249,13 +271,10 @@ class Path(Family):
         return type(self)(found, 0, self.bits + 1, 2 * self.error, self.orders)
 
     def __mul__(self, other: Self) -> Self:
-        degree, bits, units = self.degree + other.degree, *sorted((self.bits, other.bits))[::-1]
-        # Twice the product, 2P 2Q/2, has 2 degree + 1 coefficients, each rounded by less than a
-        # unit: FLINT rounds some quotients down and some towards zero. So the product itself is
-        # off by less than degree + 1.
-        doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (units + 1)])
-        error = degree + 1 - (-self._carried(other) >> units)
-        return type(self)(doubled, degree, bits, error, self.orders)
+        return super().__mul__(other).rounded(max(self.bits, other.bits))
+
+    def _product(self, other: Self) -> Any:
+        return self.doubled * other.doubled
 
     def _lifted(self, bits: int, by: int) -> Any:
         return (self.doubled * (1 << bits) if bits else self.doubled).left_shift(by)

@@ -38,6 +38,8 @@ WIDEST, WIDEST_OF_SET = 2.0**-6, 2.0**-12
 """Largest radius of a tube in the unit of M: where a distance may be larger nothing is decided."""
 RADIUS_TRIALS, FIRST_RADIUS = 4, 4
 """Trials of a tube's radius, and the first radius over the distance that it has to hold."""
+DEFECT_BITS = 32
+"""Bits of a defect beyond those of its polynomials: it has about a unit of these."""
 TUBES = {"C": (WIDEST_OF_SET, 1.0), "H": (WIDEST, 0.5)}
 """Largest radius of a tube, and the share of it at which growth is bounded, by hypotheses.
 
@@ -175,8 +177,11 @@ def defects(numbers: Numbers, states: Sequence[Kind], half: Kind) -> list[arb]:
     f is the aligned field; the derivatives are those in the variables `numbers.along`.
     """
     c = AlignedCoefficients(*map(states[0].constant, numbers.field))
-    rates = aligned(states, c)
-    off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
+    # Products are exact, and most of their terms are far below a unit of the polynomials. What is
+    # rounded stays a polynomial of no higher degree, so derivatives are bounded too.
+    fine = states[0].bits + DEFECT_BITS
+    rates = [half * rate.rounded(fine) for rate in aligned(states, c)]
+    off = [P.derivative() - rate.rounded(fine) for P, rate in zip(states, rates, strict=True)]
     return norms(off, numbers.growth, numbers.along)
 
 

@@ -3,7 +3,7 @@
 import math
 import random
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -16,6 +16,8 @@ from rigidpend.routes.certified.approximation import jacobian, rule
 from rigidpend.routes.certified.balls import LogarithmicNorm, momentum_unit
 from rigidpend.routes.certified.models import Family, Path, on_parts
 from scripts import check_certificate
+
+Terms: TypeAlias = dict[tuple[int, ...], int]
 
 UNIT = 40
 """Bits of the paths here."""
@@ -74,9 +76,65 @@ def test_the_second_checker_has_the_same_products_and_values_exactly() -> None:
             assert on_part(k)[0] <= true <= on_part(k)[1]
 
 
-def test_a_product_is_rounded_by_little() -> None:
-    a, b = (Path.of_series(random_series(seed, 30), UNIT) for seed in (3, 4))
-    assert (a * b).error == 59
+def test_a_product_is_rounded_by_little_to_the_finer_unit() -> None:
+    a, b, finer = (Path.of_series(random_series(3, 30), UNIT + k) for k in (0, 0, 9))
+    assert (a * b).error == (a * finer).error == (finer * a).error == 59
+    assert ((a * b).bits, (a * finer).bits, (finer * a).bits) == (UNIT, UNIT + 9, UNIT + 9)
+
+
+def terms_of(found: Family, by: int = 1) -> dict[tuple[int, ...], Fraction]:
+    """The stored coefficients over a number."""
+    return {at: Fraction(int(c), by) for at, c in found.doubled.to_dict().items()}
+
+
+@pytest.mark.parametrize("bits", [20, UNIT + 100])
+@pytest.mark.parametrize(("terms", "extra"), [(1, 0), (2, -1), (400, 0)])
+def test_what_is_rounded_is_in_the_error(bits: int, terms: int, extra: int) -> None:
+    """Of coefficients that lose almost a unit of twice the polynomial, with an error that does."""
+    unit = 1 << bits
+    column: Terms = {(0, k % 20, k // 20): unit * (k + 2) - 1 for k in range(terms)}
+    of = Family.of(column, bits + 9)
+    of.error = 5 * unit + extra
+    found = of.rounded(9)
+    pairs = zip(terms_of(of, unit).items(), terms_of(found).items(), strict=True)
+    lost = sum(abs(c - near) for (_, c), (_, near) in pairs) / 2 + Fraction(of.error, unit)
+    assert (found.bits, found.degree, found.orders) == (9, of.degree, of.orders)
+    assert lost <= found.error < lost + 1
+    assert of.rounded(bits + 9) is of.rounded(bits + 10) is of
+
+
+@pytest.mark.parametrize("size", [1 << 30, 1 << 61, 1 << 200])
+def test_coefficients_of_either_sign_are_rounded_by_less_than_a_unit(size: int) -> None:
+    """Also those that are less than one, of which some vanish."""
+    drawn, unit = random.Random(size), size >> 10
+    column: Terms = {
+        (j, k, 0): drawn.randrange(-size, size) >> j for j in range(20) for k in range(9)
+    }
+    of = Family.of(column, 999)
+    found = of.rounded(999 - unit.bit_length() + 1)
+    rounded = terms_of(found)
+    left = [abs(c - rounded.get(at, 0)) for at, c in terms_of(of, unit).items()]
+    assert max(left) < 1
+    assert sum(left) / 2 <= found.error
+    assert len(rounded) < len(left)
+
+
+@pytest.mark.parametrize("signs", [(1, 1), (-1, 1), (-1, -1), (0, 1)])
+def test_common_factors_of_coefficients_are_in_products(signs: tuple[int, int]) -> None:
+    column: Terms = {(j, 2, k): 3**50 * (7 * j + k + 1) for j in (0, 4) for k in (0, 1)}
+    a, b = (Family.of({at: sign * c for at, c in column.items()}, UNIT) for sign in signs)
+    assert (a * b).doubled == a.doubled * b.doubled
+
+
+@pytest.mark.parametrize(("first", "size"), [(1, 1), (2, 1), (5, 4), (0, 3)])
+def test_the_series_in_the_middle_is_within_its_error_of_all_others(first: int, size: int) -> None:
+    """At u = v = 1, where all terms beside it add up; to a unit."""
+    terms: Terms = {(0, 0, 0): first, (0, 1, 0): size, (0, 0, 1): size + 1, (3, 1, 1): -size}
+    of = Family.of(terms, 0)
+    of.error = 7
+    beside = Fraction(2 * size + 1, 2) + size
+    assert beside + 7 <= of.middle().error <= beside + 9
+    assert value(of.middle(), Fraction(1)) == Fraction(first, 2)
 
 
 def test_the_derivative_is_that_of_fractions_and_needs_a_path_without_error() -> None:
@@ -117,6 +175,8 @@ def test_a_value_is_a_ball_around_the_exact_one() -> None:
         *((random_series(7, 10), offset, parts) for offset in (0, 3 << UNIT) for parts in (4, 32)),
         # T_8 is 1 at all ends of 4 parts, and 0 between them.
         ([0] * 8 + [1 << UNIT], 0, 4),
+        # A line is at the ends of a part as far from its mean as its slope says.
+        ([0, 1 << UNIT], 0, 4),
         # Only the error tells values of these functions from zero.
         ([0], 0, 4),
     ],
@@ -198,16 +258,14 @@ def test_derivatives_of_the_field_are_bounded(name: str) -> None:
     assert (steep <= np.array(bounds) * (1 + 1e-12)).all()
 
 
-FIRST: dict[tuple[int, ...], int] = {(0, 0, 0, 0): 3**21, (2, 3, 1, 1): 3**20}
-SECOND: dict[tuple[int, ...], int] = {(1, 0, 2, 0): 3**19, (0, 1, 0, 2): 3**18}
+FIRST: Terms = {(0, 0, 0, 0): 3**21, (2, 3, 1, 1): 3**20}
+SECOND: Terms = {(1, 0, 2, 0): 3**19, (0, 1, 0, 2): 3**18}
 
 
 @pytest.mark.parametrize("n", [1, 2, 9])
 def test_the_derivative_of_a_family_is_that_of_each_of_its_series(n: int) -> None:
     rows = {k: random_series(k, n) for k in (0, 3)}
-    terms: dict[tuple[int, ...], int] = {
-        (j, k, 0): c for k, row in rows.items() for j, c in enumerate(row)
-    }
+    terms: Terms = {(j, k, 0): c for k, row in rows.items() for j, c in enumerate(row)}
     sloped = Family.of(terms, UNIT).derivative()
     assert sloped.orders == (3, 0, 0)
     found = sloped.doubled.to_dict()
@@ -223,6 +281,9 @@ def test_degrees_are_the_largest_of_all_terms_and_add_up_in_products() -> None:
     """A derivative errs by as many times more: by its degree."""
     one, other = Family.of(FIRST, UNIT), Family.of(SECOND, UNIT)
     assert (one.orders, other.orders, (one * other).orders) == ((3, 1, 1), (1, 2, 2), (4, 3, 3))
+    one.error = 10
+    assert [one.partial(name).error for name in "uvw"] == [30, 10, 10]
+    assert Family.of({}, UNIT).orders == Family.of({(1, 2, 3, 4): 0}, UNIT).orders == (0, 0, 0)
 
 
 def test_the_unit_of_a_momentum_hardly_below_a_power_of_two_is_that_power() -> None:

@@ -17,8 +17,10 @@ import pytest
 from flint import arb, arb_mat, ctx
 
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import coverings, passages, sections
+from rigidpend.routes.certified.balls import ARB_BITS
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
@@ -226,6 +228,39 @@ def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
             assert [float(x) / 2.0**k for x in told] == pytest.approx(
                 list(map(float, found)), rel=1e-4
             )
+
+
+@pytest.mark.parametrize("k", [0, 8])
+def test_C2_rounding_makes_the_bounds_of_a_defect_no_smaller_and_hardly_larger(
+    stored: Stored, monkeypatch: pytest.MonkeyPatch, k: int
+) -> None:
+    """Than those of its products without rounding, of the first stored step and of the last."""
+    monkeypatch.setattr(passages, "norms", bounded := Mock(side_effect=sections.norms))
+    piece, numbers = stored.orbits[0][k], stored.numbers
+    states = [Family.of(x, piece.bits) for x in piece.terms]
+    half = Family.of(piece.half_length, CLOCK)
+    with ctx.workprec(ARB_BITS):
+        found = passages.defects(numbers, states, half)
+        rates = aligned(states, AlignedCoefficients(*map(half.constant, numbers.field)))
+        off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
+        exactly = sections.norms(off, numbers.growth, numbers.along)
+    for mine, without in zip(found[:3], exactly[:3], strict=True):
+        assert without <= mine < (1 + 1e-7) * without
+    terms, all_terms = (
+        sum(len(x.doubled) for x in each) for each in (bounded.call_args[0][0], off)
+    )
+    assert terms < 0.85 * all_terms
+    assert all(x.bits == piece.bits + passages.DEFECT_BITS for x in bounded.call_args[0][0])
+
+
+def test_C3_a_jump_between_steps_adds_to_the_distance_of_orbits(stored: Stored) -> None:
+    """One of Qp, whose size is that in the norm, and none of its derivatives."""
+    begin, jump = 2.0**-20, Fraction(3, 2**20)
+    states = [Family.of_fraction(x, BITS) for x in (jump, 0, 0, 0, 0, 0)]
+    end = [Family.of_fraction(0, BITS) for _ in states]
+    found = passages.joined(stored.numbers, states, end, [arb(begin)] * 4)
+    for bound, true in zip(found, [4 * begin, *[begin] * 3], strict=True):
+        assert arb(true) <= bound < (1 + 1e-9) * arb(true)
 
 
 @pytest.mark.parametrize(("share", "reason"), [(0.995, "C3"), (1.005, "C2")])
