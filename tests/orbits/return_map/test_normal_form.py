@@ -124,6 +124,22 @@ def test_terms_in_doubles_at_fewer_nodes_leave_less_than_an_eighth_of_a_rounding
         assert harmonics < 12
 
 
+def test_points_by_terms_in_doubles_are_those_by_all_digits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Up to an eighth of a rounding of the largest u, v and time."""
+    a, random = precision(96), np.random.default_rng(4)
+    h = a.number(1.3342)
+    nf = normal_form(coefficients_of(GENERIC, 96), Interval(h, 0 * h, 1), 21, 21, 0.1, a)
+    psi = a.array(random.uniform(0, 6.28, 40))
+    beside = np.stack([a.array(x) for x in random.uniform(-0.1, 0.1, (2, 40))])
+    found = TorusForm(nf, a.array([1.3342]), a).inverted(psi, *beside)
+    monkeypatch.setattr(conjugacy, "GUARD_SHARE", 1e-300)
+    true = TorusForm(nf, a.array([1.3342]), a).inverted(psi, *beside)
+    for one, other in zip(found[:3], true[:3], strict=True):
+        assert 0 < a.largest(one - other) / a.largest(other) < 2.0**-96 / 8
+
+
 def test_an_elliptic_orbit_has_no_normal_form() -> None:
     body = Body((2, "1.5", "1.8"), (0, 1, 0), "0.7")
     with pytest.raises(MapError, match="not hyperbolic"):
