@@ -116,7 +116,8 @@ class ReturnMap:
     energies : 2 floats
         Least and largest energy, physical units, as mu.
     errors : Errors
-        Measured errors, relative to the largest values of each table.
+        Measured errors, relative to the largest values of each table, of the tables before their
+        numbers are rounded to `bits`.
     orders : Orders
     design : Design
     normal_form : NormalForm

@@ -97,6 +97,7 @@ class TorusForm:
     ) -> None:
         self.nf, self.h, self.a, self.counts, self.shared = nf, h, a, counts, shared
         self.weights = nf.energies.basis(h, a) if weights is None else weights
+        # What `at_energies` found; and the form that this is a part of, with the part's groups.
         self._at_energies: dict[tuple[int, int], Any] = {}
         self._whole: tuple[TorusForm, slice] | None = None
 
@@ -222,12 +223,12 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
 def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
     """The coordinates u and v in doubles, from a start at 0 by terms of growing degree."""
     u, v = 0 * Qp, 0 * Qp
-    # A correction doubles the correct digits, so twice as many terms matter from now on; terms that
-    # are smaller than the error of u and v are left out.
+    # A correction doubles the correct digits, so that each pass takes twice as many terms, up to
+    # pass `all_terms`: those left out are smaller than the error of u and v.
     all_terms = series.degree.bit_length() - 1
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         for k in range(all_terms + MOST_ITERATIONS):
-            if k == all_terms > 0:
+            if k and k == all_terms:
                 # The slopes of the pass before, with half of the degree, are good enough.
                 p, m, *_ = series.values(u, v)
             else:
@@ -329,12 +330,16 @@ class TorusSeries:
     def _summed(
         self, c: Any, parity: int, u: Any, v: Any, *, slopes: bool = False
     ) -> tuple[Any, ...]:
-        """The sums (F, N) of one of the `series`, with their derivatives in u and v if `slopes`."""
+        """The sums (F, N) of one of the `series`, with their derivatives in u and v if `slopes`.
+
+        A product of matrices sums over the powers of u^2, `columns`; what it gives for each power
+        of v is then summed with its factor, one of the `rows`: v^k, or v^k u where u is odd.
+        """
         K, J = c.shape[-2:]
         columns, rows = [_powers(u * u, J)], [_powers(v, K)]
-        # In these rows powers of u are odd: u stands before the powers of u^2.
         odd = slice(1 - parity, None, 2)
         if slopes:
+            # The derivative of the columns in u; those of the rows in v, and in u.
             columns.append(2 * u * _slopes(columns[0]))
             rows += [_slopes(rows[0]), np.zeros_like(rows[0])]
             rows[2][odd] = rows[0][odd]
@@ -345,6 +350,7 @@ class TorusSeries:
             end, last = phase + count, point + count * each
 
             def own(x: Any, point: int = point, count: int = count, each: int = each) -> Any:
+                """These points' columns or rows (M, N) as (phases, M, 1, points of a phase)."""
                 here = x[:, point : point + count * each].reshape(len(x), count, 1, each)
                 return here.transpose(1, 2, 0, 3)
 

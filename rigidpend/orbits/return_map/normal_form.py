@@ -307,11 +307,13 @@ class _Finder:
         in u and v, energy and phase, so that it needs as much fewer orders of the latter two.
         """
         whole, phases_, energies = self.whole
+        # Binary digits of a term of size 1, and those that terms of this share need.
         all_digits = whole.bits - math.log2(GUARD_SHARE)
         digits = max(0.0, all_digits + math.log2(max(share, 1e-300)))
         left, a = digits / all_digits, precision(53) if digits < 53 else whole
         n = min(self.n, 2 * math.ceil(left * phases_ / 2) + 1 + SPARE_PHASES)
         H = min(self.H, math.ceil(left * energies) + SPARE_ENERGIES)
+        # Known terms are all taken to new nodes: only for a third of the nodes does that pay.
         if a is self.a and 3 * n * H > 2 * self.n * self.H:
             return
         by_phase = fourier_synthesis(n, self.n, a) @ fourier_analysis(self.n, a)

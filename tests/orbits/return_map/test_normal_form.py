@@ -94,14 +94,21 @@ def test_order_points_are_put_into_the_normal_form_to_rounding(
     blocks.assert_called_once_with((points,), (degree + 1) ** 2, None)
 
 
-@pytest.mark.parametrize(("bits", "degree", "energies"), [(70, 21, 1), (96, 29, 1), (96, 29, 9)])
+@pytest.mark.parametrize(
+    ("bits", "degree", "energies", "mu"),
+    [(70, 21, 1, FIG4.mu), (96, 29, 1, FIG4.mu), (96, 29, 9, "0.02")],
+)
 def test_terms_in_doubles_at_fewer_nodes_leave_less_than_an_eighth_of_a_rounding(
-    bits: int, degree: int, energies: int, monkeypatch: pytest.MonkeyPatch
+    bits: int, degree: int, energies: int, mu: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each leaves a part, `GUARD_SHARE`; a rounding is of the largest at |u|, |v| = radius."""
+    """Each leaves a part, `GUARD_SHARE`; a rounding is of the largest at |u|, |v| = radius.
+
+    With weight enough harmonics matter, and over an interval wide enough so do orders in energy.
+    """
     a, radius, n = precision(bits), 1 / 16, 29
-    at = Interval(a.number(1.3342), a.number(0.001 * (energies > 1)), energies)
-    given: Any = (coefficients_of(FIG4, bits), at, degree, n, radius, a)
+    at = Interval(a.number(1.3342), a.number(0.004 * (energies > 1)), energies)
+    c = coefficients_of(Body(FIG4.A, FIG4.r, mu), bits)
+    given: Any = (c, at, degree, n, radius, a)
     found = normal_form(*given)
     monkeypatch.setattr(module, "GUARD_SHARE", 1e-300)
     whole = normal_form(*given)
@@ -115,6 +122,22 @@ def test_terms_in_doubles_at_fewer_nodes_leave_less_than_an_eighth_of_a_rounding
         orders, harmonics = last.any(axis=1).sum(), last.any(axis=0).sum()
         assert orders < 5 if energies > 1 else orders == 1
         assert harmonics < 12
+
+
+def test_points_by_terms_in_doubles_are_those_by_all_digits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Up to an eighth of a rounding of the largest u, v and time."""
+    a, random = precision(96), np.random.default_rng(4)
+    h = a.number(1.3342)
+    nf = normal_form(coefficients_of(GENERIC, 96), Interval(h, 0 * h, 1), 21, 21, 0.1, a)
+    psi = a.array(random.uniform(0, 6.28, 40))
+    beside = np.stack([a.array(x) for x in random.uniform(-0.1, 0.1, (2, 40))])
+    found = TorusForm(nf, a.array([1.3342]), a).inverted(psi, *beside)
+    monkeypatch.setattr(conjugacy, "GUARD_SHARE", 1e-300)
+    true = TorusForm(nf, a.array([1.3342]), a).inverted(psi, *beside)
+    for one, other in zip(found[:3], true[:3], strict=True):
+        assert 0 < a.largest(one - other) / a.largest(other) < 2.0**-96 / 8
 
 
 def test_an_elliptic_orbit_has_no_normal_form() -> None:
