@@ -170,8 +170,10 @@ def decide(
     more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. A single
     computation, where no more are allowed, leaves all columns uncertain. Columns that are
     still uncertain are computed once in the next precision and compared with the last result; where
-    the two differ, up to two further computations follow. None does where two computations agree
-    that an orbit stays, without a further crossing: its missing symbols stay uncertain.
+    the two differ, up to two further computations follow. A symbol that is certain stays so unless
+    one of these differs by more than `LIMIT_OF_COARSE` up to there. None follows where two
+    computations agree that an orbit stays, without a further crossing: its missing symbols stay
+    uncertain.
 
     Parameters
     ----------
@@ -274,16 +276,18 @@ def _further(
         # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
         given = before, sharper, rate, columns[open_]
+        # What was certain stays so unless this contradicts it: its own limits may be narrower.
+        certain = known.certain[:, open_] & agreement(before, sharper, rate, LIMIT_OF_COARSE)
         if scales == FIRST_SCALES:
-            limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
-            certain = agreement(before, sharper, rate, limit)
             if beside and more < GAP_BITS:
                 # Pairs of doubles keep so few bits more than maps that both maps must confirm them.
-                certain[:] = False
                 limit = LIMIT_OF_SHARPER if more >= COARSE_BITS else LIMIT_OF_THREE
                 _confirm(certain, *given, beside, (limit, limit))
+            else:
+                limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
+                certain |= agreement(before, sharper, rate, limit)
         else:
-            certain = agreement(before, sharper, rate, LIMIT_OF_TWO)
+            certain |= agreement(before, sharper, rate, LIMIT_OF_TWO)
             if more >= COARSE_BITS:
                 coarse = functools.partial(columns_of, found.crossings)
                 _confirm(certain, *given, coarse, (LIMIT_OF_THREE, LIMIT_OF_COARSE))

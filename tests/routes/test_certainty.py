@@ -238,6 +238,31 @@ def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> Non
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
+@pytest.mark.parametrize("known", [53, 90])
+def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradicts_it(
+    known: int,
+) -> None:
+    """More than a quarter of a radian contradicts it, though no two establish one that far apart.
+
+    Columns by how late two further computations are up to the symbols that are certain.
+    """
+    first, second = np.array([(0.24, 0.0), (0.24, 0.48), (0.26, 0.24), (0.0, 0.26)]).T
+    # (4, n): a number of radians at the last crossing alone.
+    last = np.eye(4)[:, 3:] * np.ones(4)
+    late = {f"second_{known}": 0 * last, f"first_{known}": last, "third_160": 5 * last}
+    late |= {"first_106": first + 2 * last, "second_106": second + 3 * last}
+    noted = Noted(**late)
+    found = decide(noted, 4, 1.0, (known,), most_computations=lambda _: 2)
+    assert found.certain.sum(axis=0).tolist() == [2, 2, 2, 2]
+
+    def beside(columns: Any) -> Crossings:
+        return noted(160, THIRD_SCALES, columns)
+
+    climb(noted, found, 1.0, (106,), lambda _: 2, beside=beside)
+    assert found.certain.sum(axis=0).tolist() == [2, 2, 0, 0]
+    assert found.bits.tolist() == [106] * 4
+
+
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:
     """That of doubles is in other scales than the one that it is compared with."""
     noted = Noted(second_53=[0, 0], first_64=[0.99e-2, 1.01e-2], first_106=[1, 1.01e-2])
