@@ -195,6 +195,26 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     assert [maps.design_of(53, scales) for scales in every] == [FIRST, SECOND, None]
 
 
+@pytest.mark.parametrize(
+    ("precisions", "serve"),
+    [
+        ((53, 90), True),
+        ((53, 91, 160), False),
+        ((53, 97), False),
+        ((53, 98), True),
+        ((53, 82, 97), False),
+        ((53, 82, 98), True),
+    ],
+)
+def test_maps_of_deep_passages_serve_bits_that_are_far_above_their_tables(
+    precisions: tuple[int, ...], serve: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Maps of 82 bits err less than integrations of as many."""
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
+    maps = mapped.Maps(run(precisions=precisions))
+    assert maps.design_by_bits == ({82: FIRST, 90: SECOND} if serve else {})
+
+
 @pytest.mark.parametrize(("precisions", "most"), [(PRECISIONS, [1, 1]), ((53, 64), [1, 3])])
 def test_a_second_map_in_doubles_computes_nothing_where_it_would_decide_few(
     precisions: tuple[int, ...], most: list[int], but: Callable[..., Asked], monkeypatch: Any
