@@ -195,6 +195,17 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     assert [maps.design_of(53, scales) for scales in every] == [FIRST, SECOND, None]
 
 
+def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_of_their_tables() -> None:
+    """Tables of 75 bits have 81, which are too near to 88; those of 64 have 70."""
+    maps = mapped.Maps(run())
+    assert maps.beyond == (106, 120, 131, 160)
+    del maps.design_by_bits[75]
+    assert maps.beyond == (88, 106, 120, 131, 160)
+    # Maps in doubles do not count with their tables.
+    del maps.design_by_bits[64]
+    assert maps.beyond == (64, 76, 88, 106, 120, 131, 160)
+
+
 @pytest.mark.parametrize(
     ("precisions", "serve"),
     [
