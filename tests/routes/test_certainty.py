@@ -230,6 +230,13 @@ def test_two_less_sharp_computations_must_both_confirm_one_that_is_not_much_shar
     assert asked == [0, 1, 2, 4, 5]
 
 
+def test_only_the_first_of_further_precisions_is_compared_with_what_is_beside_the_last() -> None:
+    noted = Noted(second_90=np.ones(1), first_106=np.zeros(1), first_110=np.full(1, 5e-5))
+    found = decide(noted, 1, 1.0, (90,), most_computations=lambda _: 1)
+    climb(noted, found, 1.0, (106, 110), lambda _: 1, beside=Mock(side_effect=AssertionError))
+    assert found.certain.all()
+
+
 def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> None:
     """Eleven bits are much."""
     noted = Noted(second_86=np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL, first_106=np.zeros(2))
