@@ -162,7 +162,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
     pieces = max(1, PIECE // (run.problem.n_symbols + 1)), 1
     known = certainty.decide(compute, n, rate, within, lambda *_: pieces, maps.most_computations)
     open_ = certainty.open_columns(known)
-    beyond = run.beyond(maps.most_bits)
+    beyond = maps.beyond
     if open_.size and beyond:
         # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:

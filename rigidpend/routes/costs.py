@@ -60,7 +60,6 @@ RUNGS = 64, 76, 88, 109, 120, 131
 Their series are shorter: with three random bodies a rung up to 88 bits took 0.36, 0.49 and 0.69 of
 the time of an integration in 106 bits, others 0.45 and 0.58 of one in 160. From one rung to the
 next there are at least four more orders of the series, by which the truncation error falls by e^8.
-Those beyond pairs of doubles begin as far above what these keep (`certainty.KEPT_IN_PAIRS`).
 """
 CLIMBING = 0.7
 """Time of orbits that a lower rung already decides, as a share of that in the full precision.
@@ -228,11 +227,8 @@ def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRE
 
 
 def fits(bits: int, precisions: Sequence[int]) -> bool:
-    """True if one computation in `bits` bits pays: between the precisions, and not close to any.
-
-    It must be sharper than what those below it keep.
-    """
-    far = all(bits - kept_bits(p) >= CLOSEST or p - bits >= CLOSEST for p in precisions)
+    """True if one computation in `bits` bits pays: between the precisions, and not close to any."""
+    far = all(abs(bits - p) >= CLOSEST for p in precisions)
     return far and precisions[0] < bits < max(precisions)
 
 

@@ -176,8 +176,8 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ((53, 64, 72), LIMIT_OF_UNEQUAL / 8),
         # Pairs of doubles count as 97 bits.
         ((53, 90, 106), LIMIT_OF_UNEQUAL / 16),
-        ((53, 106, 108), LIMIT_OF_UNEQUAL),
-        ((53, 106, 107), LIMIT_OF_UNEQUAL / 2),
+        # But as all their bits beside sharper ones.
+        ((53, 106, 109), LIMIT_OF_UNEQUAL / 256),
     ],
 )
 def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:
@@ -230,12 +230,44 @@ def test_two_less_sharp_computations_must_both_confirm_one_that_is_not_much_shar
     assert asked == [0, 1, 2, 4, 5]
 
 
+def test_only_the_first_of_further_precisions_is_compared_with_what_is_beside_the_last() -> None:
+    noted = Noted(second_90=np.ones(1), first_106=np.zeros(1), first_110=np.full(1, 5e-5))
+    found = decide(noted, 1, 1.0, (90,), most_computations=lambda _: 1)
+    climb(noted, found, 1.0, (106, 110), lambda _: 1, beside=Mock(side_effect=AssertionError))
+    assert found.certain.all()
+
+
 def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> None:
     """Eleven bits are much."""
     noted = Noted(second_86=np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL, first_106=np.zeros(2))
     found = decide(noted, 2, 1.0, (86,), most_computations=lambda _: 1)
     climb(noted, found, 1.0, (106,), lambda _: 1, beside=Mock(side_effect=AssertionError))
     assert found.certain.all(axis=0).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("known", [53, 90])
+def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradicts_it(
+    known: int,
+) -> None:
+    """More than a quarter of a radian contradicts it, though no two establish one that far apart.
+
+    Columns by how late two further computations are up to the symbols that are certain.
+    """
+    first, second = np.array([(0.24, 0.0), (0.24, 0.48), (0.26, 0.24), (0.0, 0.26)]).T
+    # (4, n): a number of radians at the last crossing alone.
+    last = np.eye(4)[:, 3:] * np.ones(4)
+    late = {f"second_{known}": 0 * last, f"first_{known}": last, "third_160": 5 * last}
+    late |= {"first_106": first + 2 * last, "second_106": second + 3 * last}
+    noted = Noted(**late)
+    found = decide(noted, 4, 1.0, (known,), most_computations=lambda _: 2)
+    assert found.certain.sum(axis=0).tolist() == [2, 2, 2, 2]
+
+    def beside(columns: Any) -> Crossings:
+        return noted(160, THIRD_SCALES, columns)
+
+    climb(noted, found, 1.0, (106,), lambda _: 2, beside=beside)
+    assert found.certain.sum(axis=0).tolist() == [2, 2, 0, 0]
+    assert found.bits.tolist() == [106] * 4
 
 
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:

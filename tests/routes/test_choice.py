@@ -241,7 +241,7 @@ def test_beyond_maps_a_precision_that_another_follows_is_computed_once(
     monkeypatch.setattr(costs, "warned", warned := Mock())
     known.crossings.outcome[1], precisions = Outcome.STAYS, (53, 106, 400)
     run = Run(PROBLEM, Phases([1, 2]), resolve(None, None, precisions))
-    maps = Mock(run=run, most_bits=53, ladder=precisions)
+    maps = Mock(run=run, most_bits=53, ladder=precisions, beyond=run.beyond(53))
     choice.by_maps(maps, sampled=False)
     *_, beyond, most = climb.call_args.args
     assert {106, 400} < set(beyond)
@@ -251,7 +251,7 @@ def test_beyond_maps_a_precision_that_another_follows_is_computed_once(
 
 
 @pytest.mark.usefixtures("samples")
-@pytest.mark.parametrize(("off", "bits"), [(0.0, [88, 106]), (1.0, [88, 106, 106])])
+@pytest.mark.parametrize(("off", "bits"), [(0.0, [109, 120]), (1.0, [109, 120, 120])])
 def test_what_leaves_sharper_tables_waits_for_a_precision_that_was_asked_for(
     off: float, bits: list[int], integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -267,11 +267,11 @@ def test_what_leaves_sharper_tables_waits_for_a_precision_that_was_asked_for(
 
     def late(self: Run, bits: int, scales: Scales, columns: Any) -> Crossings:
         seen = integrated(self, bits, scales, columns)
-        return seen._replace(time=seen.time + off * (bits == 88))
+        return seen._replace(time=seen.time + off * (bits == 109))
 
     monkeypatch.setattr(mapped.Maps, "crossings", but_one)
     monkeypatch.setattr(Run, "crossings", late)
-    record = found(PHASES[:7], n_symbols=3, method="map", precisions=(53, 106))
+    record = found(PHASES[:7], n_symbols=3, method="map", precisions=(53, 120))
     assert record.certain.all()
     assert [(x["bits"], x["orbits"]) for x in integrations] == [(each, 1) for each in bits]
 

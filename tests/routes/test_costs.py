@@ -98,9 +98,8 @@ def test_a_displacement_of_surfaces_costs_its_own_bits(bits: int) -> None:
         (60, (53, 106), False),
         (98, (53, 106), True),
         (99, (53, 106), False),
-        # where pairs of doubles keep 97,
-        (105, (53, 106, 160), True),
-        (104, (53, 106, 160), False),
+        (114, (53, 106, 160), True),
+        (113, (53, 106, 160), False),
         # and between the first and the last.
         (45, (53, 106), False),
         (106, (53, 106), False),

@@ -195,6 +195,38 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     assert [maps.design_of(53, scales) for scales in every] == [FIRST, SECOND, None]
 
 
+def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_of_their_tables() -> None:
+    """Tables of 75 bits have 81, which are too near to 88; those of 64 have 70."""
+    maps, found = mapped.Maps(run()), list[Any]()
+    # Maps in doubles do not count with their tables.
+    for bits in (75, 64, 53):
+        found.append(maps.beyond)
+        maps.design_by_bits.pop(bits, None)
+    asked = 106, 120, 131, 160
+    assert found == [asked, (88, *asked), (64, 76, 88, *asked)]
+
+
+@pytest.mark.parametrize(
+    ("precisions", "served"),
+    [
+        ((53, 90), [82, 90]),
+        ((53, 91, 160), []),
+        ((53, 97), []),
+        ((53, 98), [82, 90]),
+        ((53, 82, 97), []),
+        ((53, 82, 98), [82, 90]),
+        ((53, 80, 160), [90]),
+    ],
+)
+def test_maps_of_deep_passages_serve_bits_that_are_far_above_their_tables(
+    precisions: tuple[int, ...], served: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Maps of 82 bits err less than integrations of as many."""
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
+    maps = mapped.Maps(run(precisions=precisions))
+    assert list(maps.design_by_bits) == served
+
+
 @pytest.mark.parametrize(("precisions", "most"), [(PRECISIONS, [1, 1]), ((53, 64), [1, 3])])
 def test_a_second_map_in_doubles_computes_nothing_where_it_would_decide_few(
     precisions: tuple[int, ...], most: list[int], but: Callable[..., Asked], monkeypatch: Any
