@@ -253,7 +253,10 @@ def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradi
 
     Columns by how late two further computations are up to the symbols that are certain.
     """
-    first, second = np.array([(0.24, 0.0), (0.24, 0.48), (0.26, 0.24), (0.0, 0.26)]).T
+    within, beyond = 0.99 * COARSE, 1.01 * COARSE
+    first, second = np.array(
+        [(within, 0.0), (within, 2 * within), (beyond, within), (0.0, beyond)]
+    ).T
     # (4, n): a number of radians at the last crossing alone.
     last = np.eye(4)[:, 3:] * np.ones(4)
     late = {f"second_{known}": 0 * last, f"first_{known}": last, "third_160": 5 * last}
