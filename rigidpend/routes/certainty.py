@@ -90,7 +90,8 @@ sums of three doubles, by 2^17 to 2^19. Those of 106 bits erred by more than R t
 from one of 88 bits in a share of 0.005/R to 0.009/R of 330 orbits, so that this number leaves the
 chance of about one in 70,000, as above. But where passages take 7 and 9 rotations, those of 106
 bits were sharper by 2^17 than those of 88, and 2^5 and 2^9 less sharp than those of 109: beside a
-sharper computation they count as 106."""
+sharper computation they count as 106. Where maps of 82 and 90 bits leave orbits open they count as
+97: of 2,169 orbits of five bodies none in 109 bits erred by as much as its difference from them."""
 
 
 class Contradiction(Exception):
@@ -234,12 +235,16 @@ def climb(
     The arguments are those of :func:`decide`. `beside` makes another computation of some columns,
     in the precision of what is known of them, which the first of the precisions is compared with.
     """
+    # Only where passages are deep, and two maps serve beside each other, pairs of doubles certainly
+    # keep no more bits than they count for.
+    counted = kept_bits if beside else int
     for bits in precisions:
         left = open_columns(found)
         if not left.size:
             break
         count, third = most_computations(bits), beside if bits == precisions[0] else None
-        further = functools.partial(_further, compute, found, rate, bits, count, third)
+        given = compute, found, rate, bits, count, counted, third
+        further = functools.partial(_further, *given)
         for columns, piece in _in_pieces(further, left, division(left.size, bits)):
             put(found, columns, piece)
 
@@ -259,6 +264,7 @@ def _further(
     rate: float,
     bits: int,
     count: int,
+    counted: Callable[[int], int],
     beside: Third | None,
     columns: Columns,
 ) -> Decided:
@@ -270,8 +276,8 @@ def _further(
     """
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
-    # The less sharp one may have all its bits: each counts so that the difference is the least.
-    more = kept_bits(bits) - int(known.bits.max())
+    # The less sharp one may have all its bits, unless `counted` says that it has not.
+    more = kept_bits(bits) - counted(int(known.bits.max()))
     for scales in (FIRST_SCALES, SECOND_SCALES)[:count]:
         open_ = open_columns(known)
         if not open_.size:

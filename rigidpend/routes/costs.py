@@ -11,7 +11,7 @@ import functools
 import itertools
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP_BITS
@@ -226,9 +226,12 @@ def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRE
     return precisions[0] == 53 and orbits * integration(problem, precisions) >= LEAST_SECONDS
 
 
-def fits(bits: int, precisions: Sequence[int]) -> bool:
-    """True if one computation in `bits` bits pays: between the precisions, and not close to any."""
-    far = all(abs(bits - p) >= CLOSEST for p in precisions)
+def fits(bits: int, precisions: Sequence[int], counted: Callable[[int], int] = int) -> bool:
+    """True if one computation in `bits` bits pays: between the precisions, and not close to any.
+
+    `counted` gives the bits for which a computation in fewer counts.
+    """
+    far = all(bits - counted(p) >= CLOSEST or p - bits >= CLOSEST for p in precisions)
     return far and precisions[0] < bits < max(precisions)
 
 

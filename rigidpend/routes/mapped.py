@@ -40,7 +40,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
-from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third
+from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third, kept_bits
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
@@ -221,8 +221,8 @@ class Maps:
         by R times the difference from a map of 75, whose tables have 81, in a share of 0.05/R, and
         those of 106 in none for R of 0.01.
         """
-        most = self.most_bits
-        return self.run.beyond(most if most == 53 else table_bits(most))
+        most, counted = self.most_bits, kept_bits if self.twice else int
+        return self.run.beyond(most if most == 53 else table_bits(most), counted)
 
     @property
     def twice(self) -> bool:

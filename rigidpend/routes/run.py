@@ -67,11 +67,14 @@ class Run:
         """The fastest rate of all orbits, radians per unit of t'."""
         return max(map(phase_rate, self.problems or [self.problem]))
 
-    def beyond(self, known: int) -> tuple[int, ...]:
-        """Precisions, ascending, above `known` bits: those asked for and the rungs between them."""
+    def beyond(self, known: int, counted: Callable[[int], int] = int) -> tuple[int, ...]:
+        """Precisions, ascending, above `known` bits: those asked for and the rungs between them.
+
+        `counted` is as in `costs.fits`.
+        """
         engine, _, precisions = self.arithmetic
         asked = [x for x in precisions if x > known]
-        rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked))]
+        rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked), counted)]
         return tuple(sorted((*asked, *rungs)))
 
     def most_computations(self, bits: int) -> int:

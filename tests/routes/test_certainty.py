@@ -245,6 +245,21 @@ def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> Non
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
+@pytest.mark.parametrize("beside", [False, True])
+def test_beside_two_maps_alone_pairs_count_as_less_for_what_is_sharper(beside: bool) -> None:
+    """From 106 to 109 bits are three; from 97 there are twelve, for which the limit is whole."""
+    limit = LIMIT_OF_UNEQUAL * (1 if beside else 2.0 ** (3 - 11))
+    late = np.array([0.99, 1.01]) * limit
+    noted = Noted(second_90=late + 2, first_106=late, first_109=np.zeros(2), third_53=late + 1)
+    found = decide(noted, 2, 1.0, (90,), most_computations=lambda _: 1)
+
+    def third(columns: Any) -> Crossings:
+        return noted(53, THIRD_SCALES, columns)
+
+    climb(noted, found, 1.0, (106, 109), lambda _: 1, beside=third if beside else None)
+    assert found.certain.all(axis=0).tolist() == [True, False]
+
+
 @pytest.mark.parametrize("known", [53, 90])
 def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradicts_it(
     known: int,

@@ -206,6 +206,16 @@ def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_of_their_ta
     assert found == [asked, (88, *asked), (64, 76, 88, *asked)]
 
 
+def test_where_passages_are_deep_pairs_are_followed_by_109_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """There they count as 97."""
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
+    maps = mapped.Maps(run())
+    assert maps.twice
+    assert maps.beyond == (106, 109, 120, 131, 160)
+
+
 @pytest.mark.parametrize(
     ("precisions", "served"),
     [
