@@ -90,8 +90,7 @@ sums of three doubles, by 2^17 to 2^19. Those of 106 bits erred by more than R t
 from one of 88 bits in a share of 0.005/R to 0.009/R of 330 orbits, so that this number leaves the
 chance of about one in 70,000, as above. But where passages take 7 and 9 rotations, those of 106
 bits were sharper by 2^17 than those of 88, and 2^5 and 2^9 less sharp than those of 109: beside a
-sharper computation they count as 106. Where maps of 82 and 90 bits leave orbits open they count as
-97: of 2,169 orbits of five bodies none in 109 bits erred by as much as its difference from them."""
+sharper computation they count as 106, but where passages are very deep (`costs.VERY_DEEP`)."""
 
 
 class Contradiction(Exception):
@@ -229,15 +228,14 @@ def climb(
     most_computations: MostComputations = lambda _: 3,
     division: Division = undivided,
     beside: Third | None = None,
+    counted: Callable[[int], int] = int,
 ) -> None:
     """Decide the open columns in ascending higher precisions; `found` is changed in place.
 
     The arguments are those of :func:`decide`. `beside` makes another computation of some columns,
     in the precision of what is known of them, which the first of the precisions is compared with.
+    `counted` gives the bits for which the less sharp one of two computations counts.
     """
-    # Only where passages are deep, and two maps serve beside each other, pairs of doubles certainly
-    # keep no more bits than they count for.
-    counted = kept_bits if beside else int
     for bits in precisions:
         left = open_columns(found)
         if not left.size:

@@ -173,9 +173,8 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         # One computation in each precision but the last: one in the next precision settles more
         # orbits than a second one in the same.
         last, most = beyond[-1], run.most_computations
-        certainty.climb(
-            climbing, known, rate, beyond, lambda x: most(x) if x == last else 1, beside=maps.beside
-        )
+        given = climbing, known, rate, beyond, lambda x: most(x) if x == last else 1
+        certainty.climb(*given, beside=maps.beside, counted=maps.counted)
     if sampled:
         # Most of the sample is integrated in doubles alone, which decide at least the first symbols
         # of every orbit; more bits take long. A part of a plane has its share of the sample.

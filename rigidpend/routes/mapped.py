@@ -13,7 +13,7 @@ import contextlib
 import functools
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
@@ -221,8 +221,13 @@ class Maps:
         by R times the difference from a map of 75, whose tables have 81, in a share of 0.05/R, and
         those of 106 in none for R of 0.01.
         """
-        most, counted = self.most_bits, kept_bits if self.twice else int
-        return self.run.beyond(most if most == 53 else table_bits(most), counted)
+        most = self.most_bits
+        return self.run.beyond(most if most == 53 else table_bits(most), self.counted)
+
+    @property
+    def counted(self) -> Callable[[int], int]:
+        """The bits for which the less sharp of two computations beyond the maps counts."""
+        return kept_bits if self.twice and costs.very_deep(self.problem) else int
 
     @property
     def twice(self) -> bool:

@@ -15,6 +15,7 @@ from rigidpend.routes.certainty import (
     agreement,
     climb,
     decide,
+    kept_bits,
     undivided,
 )
 from rigidpend.routes.start import Scales
@@ -245,18 +246,15 @@ def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> Non
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
-@pytest.mark.parametrize("beside", [False, True])
-def test_beside_two_maps_alone_pairs_count_as_less_for_what_is_sharper(beside: bool) -> None:
+@pytest.mark.parametrize(("counted", "bits"), [(int, 3), (kept_bits, 12)])
+def test_pairs_count_for_as_many_bits_beside_what_is_sharper_as_is_said(
+    counted: Any, bits: int
+) -> None:
     """From 106 to 109 bits are three; from 97 there are twelve, for which the limit is whole."""
-    limit = LIMIT_OF_UNEQUAL * (1 if beside else 2.0 ** (3 - 11))
-    late = np.array([0.99, 1.01]) * limit
-    noted = Noted(second_90=late + 2, first_106=late, first_109=np.zeros(2), third_53=late + 1)
+    late = np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL * 2.0 ** min(0, bits - 11)
+    noted = Noted(second_90=late + 2, first_106=late, first_109=np.zeros(2))
     found = decide(noted, 2, 1.0, (90,), most_computations=lambda _: 1)
-
-    def third(columns: Any) -> Crossings:
-        return noted(53, THIRD_SCALES, columns)
-
-    climb(noted, found, 1.0, (106, 109), lambda _: 1, beside=third if beside else None)
+    climb(noted, found, 1.0, (106, 109), lambda _: 1, counted=counted)
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 

@@ -246,7 +246,7 @@ def test_beyond_maps_a_precision_that_another_follows_is_computed_once(
     *_, beyond, most = climb.call_args.args
     assert {106, 400} < set(beyond)
     assert [most(bits) for bits in beyond] == [*[1] * (len(beyond) - 1), 3]
-    assert climb.call_args.kwargs == {"beside": maps.beside}
+    assert climb.call_args.kwargs == {"beside": maps.beside, "counted": maps.counted}
     assert warned.call_args.args[:4] == (PROBLEM, 1, 2, costs.beyond_maps(PROBLEM, precisions))
 
 

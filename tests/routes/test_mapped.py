@@ -206,14 +206,18 @@ def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_of_their_ta
     assert found == [asked, (88, *asked), (64, 76, 88, *asked)]
 
 
-def test_where_passages_are_deep_pairs_are_followed_by_109_bits(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(("rotations", "keeps"), [(20.0, 97), (19.9, 106)])
+def test_where_passages_are_very_deep_pairs_count_as_less_and_109_bits_follow(
+    monkeypatch: pytest.MonkeyPatch, rotations: float, keeps: int
 ) -> None:
-    """There they count as 97."""
-    monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
     maps = mapped.Maps(run())
     assert maps.twice
-    assert maps.beyond == (106, 109, 120, 131, 160)
+    assert maps.counted(106) == keeps
+    assert maps.beyond == (106, *([109] if keeps == 97 else []), 120, 131, 160)
+    # Less sharp maps, as where these do not converge.
+    maps.design_by_bits.pop(90)
+    assert maps.counted(106) == 106
 
 
 @pytest.mark.parametrize(
