@@ -265,15 +265,16 @@ class Maps:
         In the bits of the first map's own computation it is one, if a sharper one follows: a second
         one would use the second map, whose own bits are next. In these it is two where the first
         map is as sharp. In doubles it is one if few orbits would be decided by two before the first
-        map's own computation. Integration makes a third one only in the last precision; before
-        that, one computation in the next precision settles more.
+        map's own computation. Integration makes a third one only in the last precision of the run
+        or of the maps; before that, one computation in the next precision settles more.
         """
         last = max(self.run.arithmetic.precisions)
         if bits in self.design_by_bits and bits < last:
             return 2 if self.twice and bits == self.most_bits else 1
         if bits == 53 and self.design_by_bits and not costs.doubles_decide(self.problem):
             return 1
-        return 3 if bits == last or self.design_of(bits, THIRD_SCALES) else 2
+        final = bits == last or not self.design_by_bits
+        return 3 if final or self.design_of(bits, THIRD_SCALES) else 2
 
     def design_of(self, bits: int, scales: Scales) -> Design | None:
         """The design of the map for a computation in those bits and scales; None for none."""
