@@ -184,10 +184,8 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     assert maps.ladder == tuple(sorted({*precisions, *levels}))
     assert maps.most_bits == max(levels, default=53)
     assert {bits for bits in levels if maps.most_computations(bits) == 1} == single
-    assert [maps.most_computations(x) for x in (53, precisions[-1])] == [
-        2 + (precisions == (53,)),
-        3,
-    ]
+    # Where no map follows doubles integration makes a third computation in them.
+    assert [maps.most_computations(x) for x in (53, precisions[-1])] == [3 - bool(levels), 3]
     for bits in (64, 75, 106):
         assert maps.design_of(bits, certainty.FIRST_SCALES) == maps.design_by_bits.get(bits)
         assert maps.design_of(bits, certainty.SECOND_SCALES) == (SECOND if bits == 64 else None)
@@ -379,7 +377,7 @@ def test_a_map_leaves_out_as_much_as_the_other_errs(monkeypatch: pytest.MonkeyPa
     maps = mapped.Maps(run(task_orbits=1000))
     for bits in (64, 75):
         maps.crossings(bits, certainty.FIRST_SCALES, np.arange(1))
-    assert allowed == {53: 0.0, 64: 2.0 ** (GAP_BITS - 60) / 6, 75: 0.0}
+    assert allowed == {53: 0.0, 64: 2.0 ** (GAP_BITS - 60) / 9, 75: 0.0}
 
 
 def test_none_is_made_where_kept_ones_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,11 +17,12 @@ q/(1 - q^2)^2. With f = lambda/(lambda_0 (1 - q^2)) instead of 1 the invariant i
 lambda_0 belongs to q = 0. Where Qp Qm < 0 all this holds with -q.
 
 The normal form has the angle psi as time, and psi does not grow evenly with t'. This changes f only
-from the fourth power of q on, and no f makes a normal form wrong.
+from the third power of q on, and no f makes a normal form wrong.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -37,8 +38,8 @@ def normalization(c: Coefficients, h: float, count: int) -> Any:
     # 1/(1 - q^2) adds every second coefficient.
     rate = free_rate(c, count)
     f = np.array([rate[k::-2].sum() for k in range(count)])
-    rate_0 = c.aligned.half_sigma * np.sqrt(2 * h / float(c.aligned.kappa))
-    return f / (16 * float(rate_0) ** 2) ** np.arange(count)
+    rate_0 = float(c.aligned.half_sigma) * math.sqrt(2 * h / float(c.aligned.kappa))
+    return f / (16 * rate_0**2) ** np.arange(count)
 
 
 def free_rate(c: Coefficients, count: int) -> Any:

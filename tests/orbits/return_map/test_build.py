@@ -119,7 +119,7 @@ def test_order_tables_err_by_less_than_is_stated(case: Body | int) -> None:
 
 @pytest.mark.slow
 def test_inverse_charts_err_more_between_the_points_that_measure_it() -> None:
-    problem = drawn(8, 18)[17]
+    problem = drawn(3, 14)[13]
     made = return_map(problem.body, h=problem.energies, bits=64, design=FIRST)
     _, inverse = stated_maps.ratios(made)
     # `ratios` holds it against the sum of what both charts state.
