@@ -267,7 +267,7 @@ def _pieces(
     some = {k: [phases[i] for i in range(k, min(k + at_once, len(phases)))] for k in starts}
     # The name tells how many orbits, because another run may prove more or fewer at a time.
     return [
-        Piece(f"{name}.{k:08d}.{len(few)}", _part, (problem, few, jobs, report))
+        Piece(f"{name}.{k:08d}.{len(few)}", partial(_part, problem, few, jobs, report))
         for k, few in some.items()
     ]
 

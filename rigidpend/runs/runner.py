@@ -179,7 +179,7 @@ def run(
         # On a cluster each thread of a worker has a piece of its own, and a piece has one job.
         away, computation = scheduler is not None, experiments.computation(config.experiment)
         if away and not getattr(computation, "PIECES", False):
-            whole = Piece("whole", computation.compute, (content, Means(arithmetic)))
+            whole = Piece("whole", partial(computation.compute, content, Means(arithmetic)))
             [data] = pieces([whole])
         else:
             means = Means(arithmetic, 1 if away else jobs, tell, pieces, parts.has)

@@ -14,6 +14,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -190,7 +191,7 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
     """Those of all arrays together, each of which is asked for by itself."""
     parts, crew = Parts(tmp_path / "x.h5", "a"), Counter[str]()
     kept: Tree = {"x": 1.0}
-    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcdefg"]
+    pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcdefg"]
     for piece in pieces[:2]:
         parts.keep(piece.name, lambda: kept)
 
@@ -267,7 +268,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
     return found
 
 
-PIECES = [Piece(name, dict, ()) for name in "abcdefghij"]
+PIECES = [Piece(name, dict) for name in "abcdefghij"]
 GATHERED = "tcp://head:8786", "route_map", "taylor", PIECES
 
 
@@ -333,7 +334,10 @@ def test_errors_of_the_cluster_are_sentences(error: Callable[[], Exception], sai
 def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
     """What a worker gives that is asked by a machine with other things."""
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    own, job = cluster.facts_of("route_map", "taylor"), pickle.dumps(Piece("x", work, given))
+    own, job = (
+        cluster.facts_of("route_map", "taylor"),
+        pickle.dumps(Piece("x", partial(work, *given))),
+    )
     return cluster.on_worker("route_map", "taylor", {**own, **other}, job)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -75,7 +76,7 @@ def _array(name: str, config: Config, means: Means, orbits: tuple[int, int]) -> 
     parts = [range(first, min(first + at_once, count)) for first in range(0, count, at_once)]
     names = [f"{name}.{part.start:08d}" for part in parts]
     given = name, config.problem, means.arithmetic, means.threads(names)
-    pieces = [Piece(x, _part, (part, *given)) for x, part in zip(names, parts, strict=True)]
+    pieces = [Piece(x, partial(_part, part, *given)) for x, part in zip(names, parts, strict=True)]
     found: list[RouteCodes] = []
     for part, tree in zip(parts, means.pieces(pieces), strict=True):
         found.append(RouteCodes(**tree))
