@@ -7,14 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.compare import (
-    differences,
-    modulo,
-    of_field,
-    of_largest,
-    relative,
-    stated,
-)
+from rigidpend.experiments.compare import differences, modulo, of_largest, relative, stated
 from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Field, Layout
 
 LAYOUT: Layout = {
@@ -26,7 +19,7 @@ LAYOUT: Layout = {
         "r": Field(FLOAT, (2,), within=relative(0.1)),
         "m": Field(FLOAT, (2,), within=of_largest(0.1)),
         "l": Field(FLOAT, (2,), within=of_largest(0.1, least=10.0)),
-        "f": Field(FLOAT, (2,), within=of_field("scale", 0.1)),
+        "f": Field(FLOAT, (2,), within=relative(0.1, to="scale")),
         "p": Field(FLOAT, (2,), within=modulo(4.0, lambda name, stored, fresh: 0.1)),
         "c": Field(WHOLE, (2,), within=lambda name, stored, fresh: np.array([0, np.inf])),
     },

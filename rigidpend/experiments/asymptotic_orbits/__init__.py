@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
-from rigidpend.experiments.compare import stated
+from rigidpend.experiments.compare import of_largest, stated
 from rigidpend.experiments.data import FLOAT, WHOLE, Field, Layout, double, flag, held, text, whole
 from rigidpend.experiments.shared import CODES, MEANING, kept, known
 
@@ -41,7 +39,7 @@ ORBITS = {
     "moved": _double(
         "rad",
         "theta2_0 by integration less that by the map in doubles",
-        within=stated(lambda stored, _: max(1e-12, 10 * np.abs(stored["moved"]).max(initial=0.0))),
+        within=stated(of_largest(10, least=1e-13)),
     ),
     "error": _double(
         "rad",

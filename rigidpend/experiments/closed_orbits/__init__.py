@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from rigidpend.experiments.compare import of_field, relative, stated
+from rigidpend.experiments.compare import relative, stated
 from rigidpend.experiments.data import FLAG, FLOAT, Field, Layout, double, held, whole
 
 CLOSE = 1e-9
@@ -28,7 +28,7 @@ ORBITS = {
     "exponent": _double(
         "1",
         "ln of the Floquet multiplier's modulus, per passage",
-        within=of_field("exponent_error", 2),
+        within=relative(2, to="exponent_error"),
     ),
     "exponent_error": _double(
         "1",

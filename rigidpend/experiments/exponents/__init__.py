@@ -91,7 +91,7 @@ LAYOUT: Layout = {
         # An error that one result states of itself: the difference of both methods within it.
         "difference": _checked(
             "that by the variational equations, integrated, less it",
-            within=stated(lambda stored, fresh: _grown("", stored, fresh)),
+            within=stated(_grown),
         ),
         "allowed": _checked("bound of the rounding of both growths", within=_grown),
     },

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from rigidpend.experiments.compare import stated
+from rigidpend.experiments.compare import relative, stated
 from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
@@ -53,7 +53,7 @@ BODIES = {
     ),
     "error": _each(
         "(bodies, mu): what is uncertain of the increments",
-        within=stated(lambda stored, fresh: DECLARED * stored["unit"]),
+        within=stated(relative(DECLARED, to="unit")),
     ),
     "remainder": _separatrices(
         "(bodies, mu, separatrices): largest |gained - first_order|", within=_increments

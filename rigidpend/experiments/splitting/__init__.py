@@ -40,14 +40,14 @@ def admitted(mu_over_h0: Any) -> Any:
     return np.minimum(COARSEST, SHARE * np.square(mu_over_h0))
 
 
-def _error(stored: Data, fresh: Data) -> Any:
+def _error(stored: Data) -> Any:
     """The admitted error; infinite for an unresolved excess, of which nothing is claimed."""
     return np.where(stored["resolved"], admitted(stored["mu_over_h0"]), np.inf)
 
 
 def _of_sum(stored: Data) -> Any:
     """Allowed difference of a sum of all harmonics."""
-    return stored["excess"].shape[-1] * MARGIN * _error(stored, stored)
+    return stored["excess"].shape[-1] * MARGIN * _error(stored)
 
 
 def slope_change(ratio: Any, values: Any, error: Any) -> float:
@@ -86,7 +86,7 @@ BODIES = {
     "slope_amplitude": _fitted(
         "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0",
         within=lambda name, stored, fresh: _slopes(
-            stored, np.abs(stored["excess"][..., 0]), MARGIN * _error(stored, stored)
+            stored, np.abs(stored["excess"][..., 0]), MARGIN * _error(stored)
         ),
     ),
     "slope_curve": _fitted(
@@ -102,7 +102,7 @@ BODIES = {
     "reduced": _each(
         "1",
         "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
-        within=lambda name, stored, fresh: MARGIN * _error(stored, fresh) + RELATIVE,
+        within=lambda name, stored, fresh: MARGIN * _error(stored) + RELATIVE,
     ),
     "curve_excess": _each(
         "1",
@@ -113,7 +113,7 @@ BODIES = {
         "1",
         "(bodies, mu): what is uncertain of `excess`, from two computations, before its numbers"
         " are rounded to doubles",
-        within=stated(_error),
+        within=stated(lambda name, stored, fresh: _error(stored)),
     ),
     "resolved": flag("1", "(bodies, mu): whether the error is small beside (mu/h0)^2", *EACH),
     "bits": whole("bit", "(bodies, mu): precision that decided", *EACH, within=ANY),
@@ -126,7 +126,7 @@ BODIES = {
         *EACH,
         "harmonics",
         gaps=True,
-        within=lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None],
+        within=lambda name, stored, fresh: MARGIN * _error(stored)[..., None],
     ),
 }
 _phases, _line = (partial(Field, FLOAT, (name,)) for name in ("phases", "line"))
