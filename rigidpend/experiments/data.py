@@ -67,9 +67,8 @@ class Loaded(TypedDict):
     """Arrays, texts and groups by name."""
 
 
-FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
-NUMBER = "number"
-"""Kinds of elements of a field; a number is a double or whole."""
+FLOAT, WHOLE, FLAG, TEXT = "doubles", "whole numbers", "true or false", "texts"
+"""Kinds of elements of a field, as messages name them."""
 ANY = math.inf
 """Bound of a field that is not compared: it depends on the last bit, or on the way of computing."""
 
@@ -126,9 +125,7 @@ Layout: TypeAlias = Mapping[str, "Field | Layout"]
 def held(bound: float | Allowed, fields: Mapping[str, Field]) -> dict[str, Field]:
     """The fields, with this bound for fields of doubles that declare none."""
     return {
-        name: field._replace(within=bound)
-        if field.kind in (FLOAT, NUMBER) and field.within == 0.0
-        else field
+        name: field._replace(within=bound) if field.kind == FLOAT and field.within == 0.0 else field
         for name, field in fields.items()
     }
 

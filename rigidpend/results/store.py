@@ -27,7 +27,6 @@ from h5py import h5g
 from rigidpend import experiments
 from rigidpend.experiments.data import (
     FLOAT,
-    NUMBER,
     TEXT,
     Coming,
     Field,
@@ -281,7 +280,7 @@ def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
     }
     declared = layout or experiments.layout(found["attributes"]["experiment"])
     for place, values, field in fields(declared, found["data"]):
-        if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
+        if field.kind == FLOAT and not (field.gaps or np.isfinite(values).all()):
             raise Unfit(f"data/{place} has a number that is not finite")
         if field.among and not np.isin(values, field.among).all():
             raise Unfit(f"data/{place} has another number than {', '.join(map(str, field.among))}")
