@@ -119,7 +119,7 @@ def find_command(
     given |= {"near": near, "digits": digits}
     if many:
         pieces = list(dict.fromkeys(codes))
-        documents = _computed(pieces, given, jobs, loaded.experiment, scheduler)
+        documents = _computed(pieces, given, jobs, loaded.content.experiment, scheduler)
         if as_json:
             print_json(documents)
         else:

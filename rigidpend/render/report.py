@@ -131,7 +131,7 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
         picture=picture(drawn or render.image(result, "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
-        tables=experiments.tables(experiment, result),
+        tables=experiments.tables(result),
         provenance=[(key.replace("_", " "), str(value)) for key, value in rows.items()],
     )
 

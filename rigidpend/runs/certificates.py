@@ -108,7 +108,7 @@ def certify(
         )
         proofs = parts.in_order(pieces)
         if scheduler:
-            given = config.experiment, "taylor", parts, pieces, report, crew
+            given = config.content.experiment, "taylor", parts, pieces, report, crew
             proofs = cluster.computed(scheduler, *given)
         data[name] = _joined(proofs, name, len(phases), report)
         reasons[name] = [x.decode() for x in data[name]["reason"]]
@@ -126,8 +126,8 @@ def orbits(config: LoadedConfig, folder: Path) -> Routes:
     ConfigError where there are none or too many; Absent where a stored result is needed to tell
     them, and there is none.
     """
-    computation: Any = experiments.computation(config.experiment)
-    refused = f"the experiment {config.experiment} has no route codes to prove"
+    computation: Any = experiments.computation(config.content.experiment)
+    refused = f"the experiment {config.content.experiment} has no route codes to prove"
     if hasattr(computation, "orbits"):
         source = folder / f"{config.name}.h5"
         found = computation.orbits(config.content, lambda: store.load(source)["data"])
@@ -146,7 +146,7 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         return [Theorem(orbit_proofs.check(file, jobs, report))]
     if not storage.is_certificate(file):
         config = loading.load(file)
-        computation: Any = experiments.computation(config.experiment)
+        computation: Any = experiments.computation(config.content.experiment)
         if not hasattr(computation, "theorems"):
             told = "neither a certificate, which rigidpend certify writes, nor"
             raise store.StoreError(f"{file}: {told} a result with a proof")

@@ -34,7 +34,6 @@ class LoadedConfig:
     """A checked config and the name under which its results are stored."""
 
     name: str
-    experiment: str
     content: ExperimentConfig
     """Instance of the experiment's schema."""
 
@@ -85,8 +84,7 @@ def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> Load
         except ConfigError as error:
             found += error.complaints
     try:
-        experiment = _experiment(document)
-        model = experiments.schema(experiment)
+        model = experiments.schema(_experiment(document))
         content = model.model_validate(document.tree)
     except ConfigError as error:
         found += error.complaints
@@ -94,7 +92,7 @@ def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> Load
         found += validation.complaints(document, model, error.errors())
     if found:
         raise ConfigError(sorted(found, key=lambda x: (x.origin.line or 0, x.origin.column or 0)))
-    return LoadedConfig(path.stem, experiment, content)
+    return LoadedConfig(path.stem, content)
 
 
 def load_swept(

@@ -52,7 +52,7 @@ def verify(
     found += [Difference(f"config/{key.replace('.', '/')}", *x) for key, x in changed.items()]
     # Values are compared object by object, which needs equal structures.
     if outline.keys() == fresh_outline.keys():
-        layout = experiments.layout(config.experiment)
+        layout = experiments.layout(config.content.experiment)
         try:
             found += compare.differences(layout, old["data"], new["data"])
         # A file may hold any values, which may raise any of these in a comparison.

@@ -66,7 +66,7 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
         raise StoreError(f"{target}: {message}; choose another with --name")
     fingerprint = {
         "config_hash": config.config_hash,
-        "code_hash": provenance.code_hash(config.experiment),
+        "code_hash": provenance.code_hash(config.content.experiment),
         "engine": provenance.engine_name(config.engine),
     }
     known: Mapping[str, Any] = {}
@@ -119,7 +119,7 @@ def expected_seconds(planned: Plan) -> float | None:
         return planned.seconds
     if not planned.reason:
         return None
-    return experiments.cost(planned.config.experiment, planned.config.content)
+    return experiments.cost(planned.config.content)
 
 
 def follow(
@@ -174,23 +174,23 @@ def run(
         if scheduler is not None:
             from rigidpend.runs import cluster
 
-            cluster_of = scheduler, config.experiment, config.engine, parts
+            cluster_of = scheduler, content.experiment, config.engine, parts
             pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # On a cluster each thread of a worker has a piece of its own, and a piece has one job.
-        away, computation = scheduler is not None, experiments.computation(config.experiment)
+        away, computation = scheduler is not None, experiments.computation(content.experiment)
         if away and not getattr(computation, "PIECES", False):
             whole = Piece("whole", partial(computation.compute, content, Means(arithmetic)))
             [data] = pieces([whole])
         else:
             means = Means(arithmetic, 1 if away else jobs, tell, pieces, parts.has)
             data = computation.compute(content, means)
-        layout = experiments.layout(config.experiment)
+        layout = experiments.layout(content.experiment)
         # Data that come in blocks are computed now.
         with store.image(layout, data) as file:
             attributes: dict[str, Any] = {
                 "name": config.name,
                 "figure": content.figure,
-                "experiment": config.experiment,
+                "experiment": content.experiment,
                 **planned.fingerprint,
                 **chosen,
                 DOUBT: doubt(layout, data),

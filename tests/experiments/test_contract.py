@@ -89,7 +89,7 @@ ROWS = {
 
 def described(name: str, *settings: str) -> dict[str, Row]:
     loaded = loading.load(KNOWN[name], settings)
-    rows = experiments.describe(loaded.experiment, loaded.content)
+    rows = experiments.describe(loaded.content)
     assert len({row.name for row in rows}) == len(rows)
     return {row.name: row for row in rows}
 

@@ -123,7 +123,7 @@ ROWS = {
 @pytest.mark.parametrize("name", ROWS)
 def test_each_table_tells_the_numbers_of_the_file(name: str) -> None:
     result = shared_reference(name)
-    tables = experiments.tables(result["attributes"]["experiment"], result)
+    tables = experiments.tables(result)
     for table, expected in zip(tables, ROWS[name], strict=True):
         *whole, last = zip(table.rows[0], expected, strict=False)
         assert all(found == known for found, known in whole)

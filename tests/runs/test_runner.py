@@ -194,7 +194,7 @@ def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experime
     desk: Path,
 ) -> None:
     plan = runner.plan(loading.load(CONFIG), desk)
-    told = experiments.cost("route_codes", plan.config.content)
+    told = experiments.cost(plan.config.content)
     assert told
     for seconds, reason, expected in ((7.0, "", 7.0), (7.0, "x", 7.0), (0.0, "x", told)):
         found = replace(plan, reason=reason, seconds=seconds)
