@@ -122,12 +122,17 @@ def as_bytes(texts: Any) -> Any:
 Layout: TypeAlias = Mapping[str, "Field | Layout"]
 
 
-def held(bound: float | Allowed, fields: Mapping[str, Field]) -> dict[str, Field]:
-    """The fields, with this bound for fields of doubles that declare none."""
-    return {
-        name: field._replace(within=bound) if field.kind == FLOAT and field.within == 0.0 else field
-        for name, field in fields.items()
-    }
+def held(bound: float | Allowed, layout: Layout) -> Layout:
+    """The layout, with this bound for fields of doubles that declare none, in all its groups."""
+    made: dict[str, Field | Layout] = {}
+    for name, node in layout.items():
+        if not isinstance(node, Field):
+            made[name] = held(bound, node)
+        elif node.kind == FLOAT and node.within == 0.0:
+            made[name] = node._replace(within=bound)
+        else:
+            made[name] = node
+    return made
 
 
 def members(layout: Layout) -> tuple[str, Field | Layout] | None:

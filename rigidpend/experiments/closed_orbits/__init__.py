@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import FLAG, FLOAT, Field, Layout, double, held, whole
+from rigidpend.experiments.data import FLAG, FLOAT, Field, double, held, whole
 
 CLOSE = 1e-9
 """Allowed difference of places and averages: the map's error of 1e-13 times its growth."""
@@ -58,7 +58,4 @@ PLACES = {
     "d": double("1", "d of all upward crossings", "points"),
     "of": whole("1", "place of the orbit in the list", "points"),
 }
-LAYOUT: Layout = {
-    name: held(CLOSE, fields)
-    for name, fields in (("orbits", ORBITS), ("averages", AVERAGES), ("places", PLACES))
-}
+LAYOUT = held(CLOSE, {"orbits": ORBITS, "averages": AVERAGES, "places": PLACES})

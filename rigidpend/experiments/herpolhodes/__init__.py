@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, modulo, of_largest
-from rigidpend.experiments.data import ANY, FLOAT, Data, Field, Layout, double, held, text, whole
+from rigidpend.experiments.data import ANY, FLOAT, Data, Field, double, held, text, whole
 from rigidpend.experiments.shared import CODES, MEANING, crossing_tolerance
 
 GROWTH = 10.0
@@ -78,4 +78,4 @@ CASE = {
     ),
     "wound": whole("1", "first and last sample between the first vertex and that of n_wound", 2),
 }
-LAYOUT: Layout = {"<cases>": held(_moved, CASE)}
+LAYOUT = held(_moved, {"<cases>": CASE})

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, flag, held, text, whole
+from rigidpend.experiments.data import FLOAT, Data, Field, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
 UNCERTAINTY = 1e-13
@@ -35,6 +35,7 @@ _slope = partial(Field, FLOAT, ("bodies", 4), "1", gaps=True, within=SLOPE)
 
 # The dimension of 4 stands for the separatrices 1, 2, 3, 4.
 BODIES = {
+    "name": NAME,
     "alpha0": _angle("(bodies,): angle of each body"),
     "beta0": _angle("(bodies,): angle of the centre of gravity"),
     "regime": text(
@@ -70,8 +71,11 @@ BODIES = {
         "1", "(bodies, mu): whether the means of the two orbits are in that order", *EACH
     ),
 }
-LAYOUT: Layout = {
-    "mu_over_h0": MU_OVER_H0,
-    "drawn": whole("1", "place of the mu whose increments are shown"),
-    "bodies": held(UNCERTAINTY, {"name": NAME, **BODIES}),
-}
+LAYOUT = held(
+    UNCERTAINTY,
+    {
+        "mu_over_h0": MU_OVER_H0,
+        "drawn": whole("1", "place of the mu whose increments are shown"),
+        "bodies": BODIES,
+    },
+)

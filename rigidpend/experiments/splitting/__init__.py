@@ -8,18 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import (
-    ANY,
-    FLOAT,
-    Data,
-    Field,
-    Layout,
-    double,
-    flag,
-    held,
-    text,
-    whole,
-)
+from rigidpend.experiments.data import ANY, FLOAT, Data, Field, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME, slope_weights
 
 SHARE = 4e-3
@@ -80,6 +69,7 @@ _each = partial(Field, FLOAT, EACH, gaps=True)
 _closed = relative(RELATIVE)
 
 BODIES = {
+    "name": NAME,
     "alpha0": _body("rad", "(bodies,): angle of each body"),
     "beta0": _body("rad", "(bodies,): angle of the centre of gravity"),
     "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=_closed),
@@ -144,9 +134,7 @@ CURVE = {
     ),
 }
 CLOSED_FORM = {"nu": _line("1", "pi kappa/sin(alpha0)"), "decay": _line("1", "nu/sinh(nu)")}
-LAYOUT: Layout = {
-    "mu_over_h0": MU_OVER_H0,
-    "bodies": held(RELATIVE, {"name": NAME, **BODIES}),
-    "curve": held(RELATIVE, CURVE),
-    "closed_form": held(RELATIVE, CLOSED_FORM),
-}
+LAYOUT = held(
+    RELATIVE,
+    {"mu_over_h0": MU_OVER_H0, "bodies": BODIES, "curve": CURVE, "closed_form": CLOSED_FORM},
+)
