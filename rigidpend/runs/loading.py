@@ -21,7 +21,7 @@ from rigidpend.config.overrides import Setting
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import WRITTEN, ExperimentConfig
 from rigidpend.numbers import expressions
-from rigidpend.orbits.integrate import arithmetic
+from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic, resolve
 from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
@@ -47,10 +47,10 @@ class LoadedConfig:
         return provenance.config_hash(self.resolved())
 
     @property
-    def engine(self) -> str:
-        """Engine that computes the config; empty if it integrates nothing."""
+    def arithmetic(self) -> Arithmetic:
+        """Arithmetic that computes the config, resolved; that of closed forms without numerics."""
         asked = self.content.numerics_asked
-        return (asked["engine"] or arithmetic.DEFAULT_ENGINE) if asked else ""
+        return resolve(**asked) if asked else CLOSED_FORM
 
 
 def resolved_yaml(config: LoadedConfig) -> str:

@@ -67,7 +67,7 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
     fingerprint = {
         "config_hash": config.config_hash,
         "code_hash": provenance.code_hash(config.content.experiment),
-        "engine": provenance.engine_name(config.engine),
+        "engine": provenance.engine_name(config.arithmetic.engine),
     }
     known: Mapping[str, Any] = {}
     if force:
@@ -153,7 +153,6 @@ def run(
     be computed or written: finished parts stay stored.
     """
     from rigidpend.experiments.contract import Means, Piece
-    from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
     from rigidpend.results import store
 
     config, content = planned.config, planned.config.content
@@ -166,15 +165,14 @@ def run(
         if resumed:
             tell(f"continues from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         check_stop()
-        asked = content.numerics_asked
-        arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM
-        chosen = {key: x for key, x in arithmetic._asdict().items() if key in {*asked} - {"engine"}}
+        arithmetic, asked = config.arithmetic, {*content.numerics_asked} - {"engine"}
+        chosen = {key: x for key, x in arithmetic._asdict().items() if key in asked}
         crew = Counter[str]()
         pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(parts.in_order, jobs=jobs)
         if scheduler is not None:
             from rigidpend.runs import cluster
 
-            cluster_of = scheduler, content.experiment, config.engine, parts
+            cluster_of = scheduler, content.experiment, arithmetic.engine, parts
             pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # On a cluster each thread of a worker has a piece of its own, and a piece has one job.
         away, computation = scheduler is not None, experiments.computation(content.experiment)

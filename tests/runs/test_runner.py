@@ -113,7 +113,7 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
         attributes = dict(file.attrs)
         assert attributes.pop("precisions").tolist() == [53]
         assert attributes.pop("seconds") > 0
-        assert attributes.pop("tolerance") == DEFAULT_TOLERANCE[planned.config.engine]
+        assert attributes.pop("tolerance") == DEFAULT_TOLERANCE[planned.config.arithmetic.engine]
         assert attributes == {
             "format": "rigidpend",
             "format_version": 1,
