@@ -102,6 +102,11 @@ class Field(NamedTuple):
     among: tuple[int, ...] = ()
     """The values that its elements may have; empty if there are others than a few."""
 
+    @property
+    def meaning(self) -> dict[str, str]:
+        """The attributes that a file states of it."""
+        return {"units": self.units, "description": self.description}
+
 
 def _field(
     kind: str, units: str, description: str, *dimensions: int | str, **further: Any
@@ -195,7 +200,6 @@ def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarr
         # xarray needs a name for each dimension: one given as a mere size takes the array's name.
         sizes = enumerate(node.dimensions)
         dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
-        meaning = {"units": node.units, "description": node.description}
-        variables[key] = xarray.Variable(dims, np.asarray(data[key]), meaning)
+        variables[key] = xarray.Variable(dims, np.asarray(data[key]), node.meaning)
         coordinates += [key] if node.coordinate else []
     yield path or "/", xarray.Dataset(variables).set_coords(coordinates)

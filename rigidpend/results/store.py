@@ -137,9 +137,7 @@ def _put_array(group: h5py.Group, name: str, field: Field, values: Any) -> None:
     # HDF5 cannot compress single values, or give them a checksum.
     if not isinstance(values, str) and np.ndim(values) and 0 not in np.shape(values):
         how |= {"fletcher32": True, "shuffle": True, "compression": "gzip"}
-    group.create_dataset(name, **how).attrs.update(
-        {"units": field.units, "description": field.description}
-    )
+    group.create_dataset(name, **how).attrs.update(field.meaning)
 
 
 def _fill(group: h5py.Group, data: Tree) -> None:

@@ -92,18 +92,16 @@ def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
     for place, found in outline.items():
         # Names in brackets are of the outline, not of the file.
         told = {name: x for name, x in found.items() if not name.startswith("(")}
+        expected: Mapping[str, Any] = {}
         match place.split("/")[1:]:
             case ["provenance"]:
                 continue
             case [""]:
                 expected = {"format": told.get("format"), "format_version": store.FORMAT_VERSION}
             case ["config"]:
-                expected = {"units": "", "description": "resolved config, JSON"}
+                expected = store.OF_CONFIG.meaning
             case ["data", _, name]:
-                field = {**FIELDS, **PROOF}[name]
-                expected = {"units": field.units, "description": field.description}
-            case _:
-                expected = {}
+                expected = {**FIELDS, **PROOF}[name].meaning
         if told != expected:
             wrong = min(key for key in {*told, *expected} if told.get(key) != expected.get(key))
             said = f"{place}: its attribute {wrong} is not a certificate's"
