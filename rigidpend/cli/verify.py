@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,6 +15,9 @@ from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_
 from rigidpend.config import catalogue
 from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
 from rigidpend.machine.progress import Progress
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.compare import Difference
 
 
 @click.command("verify")
@@ -133,17 +136,17 @@ def _compared(
     }
 
 
-def _parts(difference: Any) -> dict[str, Any]:
+def _parts(difference: Difference) -> dict[str, Any]:
     """Convert a difference to plain data; values that JSON does not know become text."""
     from rigidpend.experiments.compare import shown
 
-    told = {"said": str(difference)}
-    # A difference may also be a plain sentence without parts.
-    if hasattr(difference, "place"):
-        values = {"stored": difference.stored, "computed": difference.computed}
-        told |= {"place": difference.place, **{k: shown(x) for k, x in values.items()}}
-        told["allowed"] = difference.allowed
-    return told
+    return {
+        "said": str(difference),
+        "place": difference.place,
+        "stored": shown(difference.stored),
+        "computed": shown(difference.computed),
+        "allowed": difference.allowed,
+    }
 
 
 def _tell(outcome: dict[str, Any]) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.data import Data, Layout, Loaded, text, whole
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
@@ -133,19 +134,21 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
     return {**result, "data": data}
 
 
-def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
-    """Sentences on symbols that a result calls certain and that are proven to be others."""
+def contradictions(result: Loaded, certificate: Loaded) -> list[Difference]:
+    """Symbols that a result calls certain and that are proven to be others, the stored ones."""
     if not _same_problem(result, certificate):
-        return ["config: the certificate is of another problem; prove this one, or remove it"]
+        other = ": the certificate is of another problem; prove this one, or remove it"
+        return [Difference("config", certificate["config"], result["config"], words=other)]
     found = []
     for name, proof, group in _pairs(result, certificate):
+        proven, codes, certain = proof["codes"], *(_columns(group[x]) for x in ("codes", "certain"))
         if unlike := _unlike(proof, group):
-            found.append(f"{name}: the certificate is of {unlike}")
+            words = f": the certificate is of {unlike}"
+            found.append(Difference(name, proven.shape, codes.shape, words=words))
             continue
-        codes, certain = _columns(group["codes"]), _columns(group["certain"])
-        held = (proof["codes"] != NO_SYMBOL) & certain
-        for symbol, column in np.argwhere(held & (proof["codes"] != codes)):
-            found.append(f"{name}: symbol {symbol + 1} of column {column} is proven to be another")
+        for at in map(tuple, np.argwhere((proven != NO_SYMBOL) & certain & (proven != codes))):
+            words = f": symbol {at[0] + 1} of column {at[1]} is proven to be another"
+            found.append(Difference(name, proven[at], codes[at], words=words))
     return found
 
 

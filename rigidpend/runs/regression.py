@@ -29,7 +29,7 @@ def verify(
     fresh: Path | None = None,
     certificate: Loaded | None = None,
     report: Callable[[str], None] = tell_nobody,
-) -> list[str]:
+) -> list[Difference]:
     """Differences by value of a stored result, the reference, from a fresh one.
 
     The fresh result is read, or computed if none is given. Differences of structure come first,
@@ -46,7 +46,7 @@ def verify(
         new, fresh_outline = store.load_outlined(fresh)
     configs = old["config"], new["config"]
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
-    found: list[str] = [*compare.outlines(outline, fresh_outline, same_numerics=same_numerics)]
+    found = compare.outlines(outline, fresh_outline, same_numerics=same_numerics)
     was, is_ = ({key: x for key, x in one.items() if key != "numerics"} for one in configs)
     changed = writer.changes(was, is_)
     found += [Difference(f"config/{key.replace('.', '/')}", *x) for key, x in changed.items()]
