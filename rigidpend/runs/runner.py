@@ -180,7 +180,7 @@ def run(
             whole = Piece("whole", partial(computation.compute, content, Means(arithmetic)))
             [data] = pieces([whole])
         else:
-            means = Means(arithmetic, 1 if away else jobs, tell, pieces, parts.has)
+            means = Means(arithmetic, 1 if away else jobs, tell, pieces)
             data = computation.compute(content, means)
         layout = experiments.layout(content.experiment)
         # Data that come in blocks are computed now.
