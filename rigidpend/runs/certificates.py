@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -96,7 +95,6 @@ def certify(
             return summaries(stored["data"])
     store.prepare(file)
     reasons: dict[str, list[str]] = {}
-    crew = Counter[str]()
     # Parts are stored under a hash of all that they depend on: those of other orbits or of other
     # code do not count.
     parts = Parts(file, provenance.config_hash({"of": stated, "at": texts, "code": code}))
@@ -108,11 +106,11 @@ def certify(
         )
         proofs = parts.in_order(pieces)
         if scheduler:
-            given = config.content.experiment, "taylor", parts, pieces, report, crew
+            given = config.content.experiment, "taylor", parts, pieces, report
             proofs = cluster.computed(scheduler, *given)
         data[name] = _joined(proofs, name, len(phases), report)
         reasons[name] = [x.decode() for x in data[name]["reason"]]
-    made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
+    made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(parts.crew)
     store.write(file, storage.LAYOUT, data, {}, stated, made)
     # Not before the whole file is written: a stop until then loses one part at most.
     parts.drop()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -167,13 +166,12 @@ def run(
         check_stop()
         arithmetic, asked = config.arithmetic, {*content.numerics_asked} - {"engine"}
         chosen = {key: x for key, x in arithmetic._asdict().items() if key in asked}
-        crew = Counter[str]()
         pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(parts.in_order, jobs=jobs)
         if scheduler is not None:
             from rigidpend.runs import cluster
 
             cluster_of = scheduler, content.experiment, arithmetic.engine, parts
-            pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
+            pieces = partial(cluster.computed, *cluster_of, report=tell)
         # On a cluster each thread of a worker has a piece of its own, and a piece has one job.
         away, computation = scheduler is not None, experiments.computation(content.experiment)
         if away and not getattr(computation, "PIECES", False):
@@ -197,7 +195,7 @@ def run(
             }
             # A signal may have ended Git or a worker, and so have spoilt the provenance or data.
             check_stop()
-            made = told.result() | provenance.of_workers(crew)
+            made = told.result() | provenance.of_workers(parts.crew)
             store.finish(file, planned.target, attributes, config.resolved(), made)
         # Parts are dropped last: a failure before this line leaves them for the next run.
         parts.drop()

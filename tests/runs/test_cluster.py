@@ -12,7 +12,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -189,7 +188,7 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Those of all arrays together, each of which is asked for by itself."""
-    parts, crew = Parts(tmp_path / "x.h5", "a"), Counter[str]()
+    parts = Parts(tmp_path / "x.h5", "a")
     kept: Tree = {"x": 1.0}
     pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcdefg"]
     for piece in pieces[:2]:
@@ -201,9 +200,9 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
     monkeypatch.setattr(cluster, "gathered", gathered)
     given = "tcp://nowhere:1", "route_map", "taylor", parts
     for array in (pieces[1:5], pieces[:1], pieces[5:]):
-        found = cluster.computed(*given, array, report=tell_nobody, crew=crew)
+        found = cluster.computed(*given, array, report=tell_nobody)
         assert len(list(found)) == len(array)
-    assert crew == {"an earlier run, by the same code and engine": 2, "far": 5}
+    assert parts.crew == {"an earlier run, by the same code and engine": 2, "far": 5}
 
 
 @pytest.mark.slow
