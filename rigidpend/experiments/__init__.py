@@ -44,10 +44,10 @@ def computation(name: str) -> Any:
     return _module(name, "compute")
 
 
-def cost(config: ExperimentConfig) -> float | None:
-    """Estimate of the seconds that a config takes; None if its experiment makes no estimate."""
+def cost(config: ExperimentConfig) -> float:
+    """Estimate of the seconds that a config takes; 0 if its experiment makes no estimate."""
     estimate = getattr(computation(config.experiment), "cost", None)
-    return None if estimate is None else float(estimate(config))
+    return float(estimate(config)) if estimate else 0.0
 
 
 def describe(config: ExperimentConfig) -> list[Row]:
@@ -67,7 +67,7 @@ def describe(config: ExperimentConfig) -> list[Row]:
         *(own(config) if own else ()),
         *theory.of(problem),
     ]
-    if seconds is not None:
+    if seconds:
         found.append(description.Row("cost", f"about {seconds:.2g} s", "to compute, as estimated"))
     # A name that occurs twice, such as A of a body, keeps its first row.
     told: dict[str, Row] = {}

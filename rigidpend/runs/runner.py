@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.machine import files
+from rigidpend.machine import files, wording
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
 from rigidpend.runs import provenance
@@ -108,17 +108,13 @@ def _compared(
     return known, "; ".join(reasons.values())
 
 
-def expected_seconds(planned: Plan) -> float | None:
-    """Estimate of the seconds that a plan takes to compute; None without any estimate.
+def expected_seconds(planned: Plan) -> float:
+    """Estimate of the seconds that a plan takes to compute; 0 without any estimate.
 
     It is the time that an existing result of the same config took, on any machine, or else the
     experiment's own estimate.
     """
-    if planned.seconds:
-        return planned.seconds
-    if not planned.reason:
-        return None
-    return experiments.cost(planned.config.content)
+    return planned.seconds or experiments.cost(planned.config.content)
 
 
 def follow(
@@ -162,7 +158,7 @@ def run(
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
-            tell(f"continues from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+            tell(f"continues from {wording.counted(len(parts), 'finished part')}")
         check_stop()
         arithmetic, asked = config.arithmetic, {*content.numerics_asked} - {"engine"}
         chosen = {key: x for key, x in arithmetic._asdict().items() if key in asked}
