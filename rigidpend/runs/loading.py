@@ -72,7 +72,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     return found
 
 
-def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> LoadedConfig:
+def _checked(path: Path, document: Document, settings: Sequence[Setting]) -> ExperimentConfig:
     """Check a config that was read, with settings, each with its origin."""
     overrides.check_free(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
@@ -92,7 +92,7 @@ def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> Load
         found += validation.complaints(document, model, error.errors())
     if found:
         raise ConfigError(sorted(found, key=lambda x: (x.origin.line or 0, x.origin.column or 0)))
-    return LoadedConfig(path.stem, content)
+    return content
 
 
 def load_swept(
@@ -125,7 +125,7 @@ def _swept(
     # Read once, because all members of a sweep share the file.
     members = _together(
         [
-            partial(_loaded, path, copy.deepcopy(document), [*settings, *swept])
+            partial(_checked, path, copy.deepcopy(document), [*settings, *swept])
             for swept in every.values()
         ],
         [path.stem] * len(every),
@@ -133,9 +133,11 @@ def _swept(
     # Only the ending is checked: the name of the file itself may be any.
     for ending in every if sweeps else ():
         overrides.check_name(ending, Origin("sweep"))
-    names = [f"{name or path.stem}{ending}" for ending in every]
-    found = [replace(x, name=n) for x, n in zip(members, names, strict=True)]
-    return _titled(path, found, changed=bool(settings or sweeps))
+    changed = bool(settings or sweeps)
+    return [
+        LoadedConfig(f"{name or path.stem}{ending}", _titled(path, content, changed=changed))
+        for ending, content in zip(every, members, strict=True)
+    ]
 
 
 def _together(calls: Sequence[Callable[[], Result]], names: Sequence[str]) -> list[Result]:
@@ -170,16 +172,11 @@ def _read(path: Path) -> Document:
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 
-def _titled(path: Path, configs: list[LoadedConfig], *, changed: bool) -> list[LoadedConfig]:
-    """Remove the name of a figure of the paper from configs with another problem."""
+def _titled(path: Path, content: ExperimentConfig, *, changed: bool) -> ExperimentConfig:
+    """A config without the name of a figure of the paper, if its problem is another one."""
     shipped = tuple(catalogue.shipped())
-    if path.resolve() in shipped and not changed:
-        return configs
-    return [replace(each, content=_of_its_figure(each.content, shipped)) for each in configs]
-
-
-def _of_its_figure(content: ExperimentConfig, shipped: tuple[Path, ...]) -> ExperimentConfig:
-    if not content.of_the_paper or content.problem in _problems(content.figure, shipped):
+    own = path.resolve() in shipped and not changed
+    if own or not content.of_the_paper or content.problem in _problems(content.figure, shipped):
         return content
     return content.model_copy(update={"figure": ""})
 
