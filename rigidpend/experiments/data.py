@@ -111,11 +111,14 @@ class Field(NamedTuple):
 def _field(
     kind: str, units: str, description: str, *dimensions: int | str, **further: Any
 ) -> Field:
-    return Field(kind, dimensions, units, description, **further)
+    given = {"dimensions": dimensions, **further}
+    return Field(kind, units=units, description=description, **given)
 
 
 double, whole, flag, text = (partial(_field, kind) for kind in (FLOAT, WHOLE, FLAG, TEXT))
-"""Make a field of this kind from its unit, its description, and its dimensions."""
+"""Make a field of this kind from its unit, its description, and its dimensions.
+
+These may also be given by name, as what several fields share."""
 
 
 def as_bytes(texts: Any) -> Any:

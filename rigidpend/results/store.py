@@ -38,6 +38,7 @@ from rigidpend.experiments.data import (
     declared,
     fields,
     named,
+    text,
 )
 from rigidpend.machine import files
 from rigidpend.machine.files import Absent, StoreError, prepare, sealed
@@ -61,7 +62,7 @@ WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "
 """Root attributes that are texts."""
 LONGEST = 1000
 """Largest number of characters of such a text."""
-OF_CONFIG = Field(TEXT, (), "", "resolved config, JSON")
+OF_CONFIG = text("", "resolved config, JSON")
 CONFIG, DEEPEST = 2**22, 32
 """Largest number of characters of a config, and of its nested brackets."""
 SOUND: set[tuple[bytes, int, bool]] = set()

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.config import validation
-from rigidpend.experiments.data import WHOLE, Field
+from rigidpend.experiments.data import whole
 from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
 from rigidpend.machine.wording import counted, short
 from rigidpend.machine.workers import side_by_side
@@ -47,7 +47,7 @@ LAYOUT = {
     "sets": {name: QUADS[name] for name in ("rising", "a", "b", "l0", "l1", "p")},
     "line": {name: LINE[name] for name in ("e1", "e2", "centre", "half")},
     "energies": {name: ENERGIES[name] for name in ("shift", "spread")},
-    "proof": {**PROOF, "family": Field(WHOLE, ("steps",), "1", "0: the line; k: the k-th set")},
+    "proof": {**PROOF, "family": whole("1", "0: the line; k: the k-th set", "steps")},
 }
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import partial
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import FLAG, FLOAT, Field, double, held, whole
+from rigidpend.experiments.data import double, flag, held, whole
 
 CLOSE = 1e-9
 """Allowed difference of places and averages: the map's error of 1e-13 times its growth."""
 
-_double, _flag = (partial(Field, kind, ("words",)) for kind in (FLOAT, FLAG))
+_double, _flag = (partial(kind, dimensions=("words",)) for kind in (double, flag))
 _gap = partial(_double, "1", gaps=True, within=stated(1e-15))
 
 ORBITS = {

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, where
-from rigidpend.experiments.data import FLOAT, Field, double, flag, held, whole
+from rigidpend.experiments.data import Field, double, flag, held, whole
 
 # On the outline of the sphere rounding decides whether a point is visible.
 _OFF_OUTLINE = where(lambda stored, fresh: np.abs(stored["projected"][2]) > ROUNDING)
@@ -17,7 +17,7 @@ def _curves(name: str) -> dict[str, Field]:
     """Curves on the sphere and in the plane, with dimensions of their own."""
     points = f"points of {name}"
     on_sphere, in_plane, of_curve = (
-        partial(Field, FLOAT, dimensions) for dimensions in ((3, points), (points,), (name,))
+        partial(double, dimensions=sizes) for sizes in ((3, points), (points,), (name,))
     )
     return {
         "points": on_sphere(

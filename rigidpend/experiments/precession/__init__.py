@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import FLOAT, Data, Field, double, flag, held, text, whole
+from rigidpend.experiments.data import Data, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
 UNCERTAINTY = 1e-13
@@ -27,11 +27,9 @@ def _increments(name: str, stored: Data, fresh: Data) -> Any:
     return error.reshape(*error.shape, *(1,) * (stored[name].ndim - error.ndim))
 
 
-_angle = partial(Field, FLOAT, ("bodies",), "rad")
-_each, _separatrices = (
-    partial(Field, FLOAT, dimensions, "rad") for dimensions in (EACH, (*EACH, 4))
-)
-_slope = partial(Field, FLOAT, ("bodies", 4), "1", gaps=True, within=SLOPE)
+_angle = partial(double, "rad", dimensions=("bodies",))
+_each, _separatrices = (partial(double, "rad", dimensions=sizes) for sizes in (EACH, (*EACH, 4)))
+_slope = partial(double, "1", dimensions=("bodies", 4), gaps=True, within=SLOPE)
 
 # The dimension of 4 stands for the separatrices 1, 2, 3, 4.
 BODIES = {

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import ANY, FLOAT, Data, Field, double, flag, held, text, whole
+from rigidpend.experiments.data import ANY, Data, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME, slope_weights
 
 SHARE = 4e-3
@@ -63,9 +63,9 @@ def _largest(name: str, stored: Data, fresh: Data) -> Any:
     return _of_sum(stored) * stored["amplitude"] + rounding
 
 
-_body = partial(Field, FLOAT, ("bodies",))
+_body = partial(double, dimensions=("bodies",))
 _fitted = partial(_body, "1", gaps=True)
-_each = partial(Field, FLOAT, EACH, gaps=True)
+_each = partial(double, dimensions=EACH, gaps=True)
 _closed = relative(RELATIVE)
 
 BODIES = {
@@ -119,7 +119,7 @@ BODIES = {
         within=lambda name, stored, fresh: MARGIN * _error(stored)[..., None],
     ),
 }
-_phases, _line = (partial(Field, FLOAT, (name,)) for name in ("phases", "line"))
+_phases, _line = (partial(double, dimensions=(name,)) for name in ("phases", "line"))
 CURVE = {
     "body": text("text", "whose distance it is"),
     "g": _phases("rad", "phase theta1/2 + theta2 on the section", coordinate=True),

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from rigidpend.experiments.data import ANY, TEXT, Field, Layout, double, whole
+from rigidpend.experiments.data import ANY, Field, Layout, double, text, whole
 
 PASSED, LIMIT, REFUTED = "passed", "limit", "FAILED"
 """Verdicts: within the bound; beyond it within a declared limit; beyond it."""
@@ -29,7 +29,7 @@ _count = partial(whole, "1", within=ANY)
 def _claims(*of: str) -> dict[str, Field]:
     """Fields of the claims of a kind of trial, one after the other."""
     each = " of ".join(("claims", *of))
-    told = partial(Field, TEXT, (each,), "text")
+    told = partial(text, "text", dimensions=(each,))
     return {
         "name": told("what is claimed"),
         "measured": told("what the value is", within=ANY),
@@ -62,7 +62,7 @@ DECIDED = {
 }
 """Symbols that a precision decides: see `passages.decided_trial`."""
 DRIFT = {
-    "name": Field(TEXT, (), "", "what integrates"),
+    "name": text("", "what integrates"),
     "rotations": _number("1", "time in rotations without weight", "times"),
     "drift": _number("1", "rms of energy/h0, |gamma|, M.gamma/|M|: (3, k)", 3, "times"),
     "walk": _number("1", "predicted random walk of roundings", "times"),
