@@ -85,7 +85,7 @@ def certify(
     routes = orbits(config, folder)
     file = storage.certificate_of(folder / f"{config.name}.h5")
     stated, code = _stated(config.content), code_hash_of(Path(codes.__file__))
-    texts = {name: [_text(x) for x in phases] for name, (_, phases) in routes.items()}
+    texts = {name: [x.shortest.text for x in phases] for name, (_, phases) in routes.items()}
     if not force and file.exists():
         stored = storage.read(file)
         of = stored["config"], stored["provenance"].get("code_hash")
@@ -241,12 +241,14 @@ def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact
     for column, (said, phase) in enumerate(zip(group["theta2_0"], phases, strict=True)):
         if not _same(str(said), phase):
             told = f"theta2_0 of column {column} is {short(said, 60)}"
-            raise store.StoreError(f"{place}: {told}, and its config asks for {_text(phase)}")
+            raise store.StoreError(
+                f"{place}: {told}, and its config asks for {phase.shortest.text}"
+            )
 
 
 def _same(text: str, phase: Exact) -> bool:
     """True if a text says a phase; irrational ones are compared to thousands of bits."""
-    if text == _text(phase):
+    if text == phase.shortest.text:
         return True
     try:
         apart = exact(text) - phase
@@ -287,16 +289,11 @@ def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Rep
         found._asdict()
         | storage.packed(found.steps)
         | {
-            "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
+            "theta2_0": np.array([phase.shortest.text.encode() for phase in phases], dtype=bytes),
             "reason": np.array([reason.encode() for reason in found.reason], dtype=bytes),
         }
     )
     return {name: told[name] for name in OF_PART}
-
-
-def _text(phase: Exact) -> str:
-    """A text that says a phase exactly, the shortest one if it is rational."""
-    return phase.text if phase.fraction is None else exact(phase.fraction).text
 
 
 def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
