@@ -107,7 +107,6 @@ def _compared(
 ) -> Any:
     """Compute one experiment and compare it, as plain data."""
     from rigidpend.machine import files
-    from rigidpend.results import store
     from rigidpend.runs import certificate_files as storage
     from rigidpend.runs import loading, regression
 
@@ -123,7 +122,7 @@ def _compared(
         proof = storage.beside(read or stored)
         given: Any = {"jobs": jobs, "report": hear}
         found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
-    except store.StoreError as error:
+    except files.StoreError as error:
         absent = isinstance(error, files.Absent)
         said = f"{error}; {catalogue.remedy_of_reference(path, stored)}"
         if error.file != stored or path == stored:

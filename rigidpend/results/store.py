@@ -47,8 +47,6 @@ from rigidpend.results import structure
 from rigidpend.results.damage import grant, intact, tried
 from rigidpend.results.structure import Checker, Unfit, told
 
-__all__ = ["OtherVersion", "StoreError", "load", "opened", "prepare", "write"]
-
 Attributes: TypeAlias = Mapping[str, Any]
 Outline: TypeAlias = dict[str, dict[str, Any]]
 

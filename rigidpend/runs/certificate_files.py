@@ -16,6 +16,7 @@ import numpy as np
 
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.data import Data, Layout, Loaded, text, whole
+from rigidpend.machine import files
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -84,7 +85,7 @@ def read(path: Path) -> Loaded:
         if count > most:
             said = "steps" if what == "half_lengths" else "coefficients"
             claim = f"{count} {said}, and a certificate of {length} bytes has {most} at most"
-            raise store.StoreError.of(path, claim)
+            raise files.StoreError.of(path, claim)
     return loaded
 
 
@@ -106,7 +107,7 @@ def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
         if told != expected:
             wrong = min(key for key in {*told, *expected} if told.get(key) != expected.get(key))
             said = f"{place}: its attribute {wrong} is not a certificate's"
-            raise store.StoreError.of(path, said)
+            raise files.StoreError.of(path, said)
 
 
 def beside(result: Path) -> Loaded | None:
@@ -244,7 +245,7 @@ def unpacked(group: Data) -> list[list[Step]]:
         ("digits are not as many as their widths say", group["digits"].size, widths.sum()),
     ):
         if found != expected:
-            raise store.StoreError(f"{what}: {found}, not {expected}")
+            raise files.StoreError(f"{what}: {found}, not {expected}")
     content, ends = group["digits"].astype(np.uint8).tobytes(), widths.cumsum().tolist()
     places = zip([0, *ends], ends, strict=False)
     each = (int.from_bytes(content[a:b], "little", signed=True) for a, b in places)
@@ -260,5 +261,5 @@ def _whole(values: Any, what: str, least: int, most: int) -> Any:
     # Compared before the cast, which would let large unsigned numbers wrap around.
     if values.size and not (least <= values.min() and values.max() <= most):
         wrong = values[(values < least) | (values > most)][0]
-        raise store.StoreError(f"the {what} is {wrong}, not {least} to {most}")
+        raise files.StoreError(f"the {what} is {wrong}, not {least} to {most}")
     return values.astype(np.int64)

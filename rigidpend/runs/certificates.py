@@ -16,6 +16,7 @@ from rigidpend.config import validation
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece, Routes
 from rigidpend.experiments.data import Data, Loaded, Tree
+from rigidpend.machine import files
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.wording import counted, short
@@ -93,7 +94,7 @@ def certify(
         if (*of, at) == (stated, code, texts):
             report(f"{file} is up to date; certify --check {file} proves it again")
             return summaries(stored["data"])
-    store.prepare(file)
+    files.prepare(file)
     reasons: dict[str, list[str]] = {}
     # Parts are stored under a hash of all that they depend on: those of other orbits or of other
     # code do not count.
@@ -147,13 +148,13 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         computation: Any = experiments.computation(config.content.experiment)
         if not hasattr(computation, "theorems"):
             told = "neither a certificate, which rigidpend certify writes, nor"
-            raise store.StoreError(f"{file}: {told} a result with a proof")
+            raise files.StoreError(f"{file}: {told} a result with a proof")
         data = store.load(file)["data"]
         try:
             return [Theorem(x) for x in computation.theorems(config.content, data)]
         # The file may be anybody's: its arrays need not describe sets or steps.
         except (ArithmeticError, ValueError) as doubt:
-            raise store.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None
+            raise files.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None
     stored = storage.read(file)
     for name, (problem, phases) in _routes(file, stored).items():
         place, group = f"{file}: {name}", stored["data"][name]
@@ -162,8 +163,8 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
             # Of all that the file says only its config and its steps are used for the proof; its
             # symbols are then compared with what that proves.
             steps = storage.unpacked(group)
-        except store.StoreError as error:
-            raise store.StoreError(f"{place}: {error}") from None
+        except files.StoreError as error:
+            raise files.StoreError(f"{place}: {error}") from None
         found = codes.checked_codes(problem, phases, steps, jobs)
         _compare(place, group["codes"], found)
         proven = int((group["codes"] != NO_SYMBOL).sum())
@@ -210,20 +211,20 @@ def _routes(file: Path, stored: Loaded) -> Routes:
         found = dict(computation.orbits(content, partial(_centres, stored["data"])))
     except ValidationError as error:
         said = short(validation.told(error.errors()))
-        raise store.StoreError(f"{file}: its config: {said}") from None
+        raise files.StoreError(f"{file}: its config: {said}") from None
     # The file may be anybody's: what is no config ends in one of these errors.
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError) as error:
-        raise store.StoreError(f"{file}: its config cannot be used: {short(error)}") from None
+        raise files.StoreError(f"{file}: its config cannot be used: {short(error)}") from None
     except ValueError as error:
-        raise store.StoreError(f"{file}: its config: {short(error)}") from None
+        raise files.StoreError(f"{file}: its config: {short(error)}") from None
     if lacking := sorted(found.keys() - stored["data"].keys()):
-        raise store.StoreError(
+        raise files.StoreError(
             f"{file}: {lacking[0]}: its config asks for this array, which is missing"
         )
     if more := sorted(stored["data"].keys() - found.keys()):
-        raise store.StoreError(f"{file}: {more[0]}: its config does not ask for this array")
+        raise files.StoreError(f"{file}: {more[0]}: its config does not ask for this array")
     if sum(len(phases) for _, phases in found.values()) > MOST_ORBITS:
-        raise store.StoreError(f"{file}: its config asks for more than {MOST_ORBITS} orbits")
+        raise files.StoreError(f"{file}: its config asks for more than {MOST_ORBITS} orbits")
     return found
 
 
@@ -237,11 +238,11 @@ def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact
     shape = (problem.n_symbols, len(phases))
     if group["codes"].shape != shape:
         asked = f"{counted(shape[0], 'symbol')} of {counted(shape[1], 'orbit')}"
-        raise store.StoreError(f"{place}: codes: its config asks for {asked}")
+        raise files.StoreError(f"{place}: codes: its config asks for {asked}")
     for column, (said, phase) in enumerate(zip(group["theta2_0"], phases, strict=True)):
         if not _same(str(said), phase):
             told = f"theta2_0 of column {column} is {short(said, 60)}"
-            raise store.StoreError(
+            raise files.StoreError(
                 f"{place}: {told}, and its config asks for {phase.shortest.text}"
             )
 
@@ -303,4 +304,4 @@ def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
         row, column = wrong[0]
         told = f"codes in row {row + 1} of column {column}"
         why = f": {found.reason[column]}" if found.reason[column] else ""
-        raise store.StoreError(f"{place}: its steps do not prove {told}{why}")
+        raise files.StoreError(f"{place}: its steps do not prove {told}{why}")

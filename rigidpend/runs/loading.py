@@ -26,8 +26,6 @@ from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
 
-__all__ = ["ConfigError", "LoadedConfig", "load", "load_swept", "resolved_yaml"]
-
 
 @dataclass(frozen=True)
 class LoadedConfig:

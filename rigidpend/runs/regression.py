@@ -68,7 +68,7 @@ def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None
     """Compute a reference again; its attribute `reasons` gets this reason after earlier ones."""
     before: list[str] = []
     # An absent or damaged reference is renewed too; it has no earlier reasons.
-    with contextlib.suppress(store.StoreError):
+    with contextlib.suppress(files.StoreError):
         before = list(store.attributes(target).get("reasons", []))
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     planned = plan(config, target.parent, force=True)

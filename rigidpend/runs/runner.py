@@ -151,7 +151,7 @@ def run(
     from rigidpend.results import store
 
     config, content = planned.config, planned.config.content
-    store.prepare(planned.target)
+    files.prepare(planned.target)
     parts = Parts(planned.target, json.dumps(planned.fingerprint))
     with ThreadPoolExecutor(1) as aside, listening(report) as tell:
         # Git is asked in a thread while the experiment is computed.

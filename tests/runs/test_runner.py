@@ -16,7 +16,9 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
+from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.machine import files
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.signals import Stopped
 from rigidpend.orbits.integrate.arithmetic import (
@@ -53,7 +55,7 @@ def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path)
 def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
     wrong = changed("mu: 0.001", "mu: x")
     paths = [written(tmp_path, wrong, "a.yaml"), FIG4, written(tmp_path, wrong, "b.yaml")]
-    with pytest.raises(loading.ConfigError) as caught:
+    with pytest.raises(ConfigError) as caught:
         loading.load_swept(paths, ["problem.h0=y"])
     origins = [str(problem.origin) for problem in caught.value.complaints]
     # The setting is the same for all, and said once.
@@ -182,7 +184,7 @@ def test_parts_wait_for_their_run_however_old_they_are(tmp_path: Path) -> None:
 def test_a_result_whose_name_differs_in_case_only_is_not_made(desk: Path) -> None:
     config = loading.load(CONFIG)
     (desk / "Small.h5").write_bytes(b"another")
-    with pytest.raises(store.StoreError, match=r"Small\.h5 exists, and some systems ignore"):
+    with pytest.raises(files.StoreError, match=r"Small\.h5 exists, and some systems ignore"):
         runner.plan(config, desk)
     # Where both are there, the system tells them apart.
     (desk / "small.h5").write_bytes(b"this one")
