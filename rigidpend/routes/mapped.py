@@ -273,7 +273,7 @@ class Maps:
             return 2 if self.twice and bits == self.most_bits else 1
         if bits == 53 and self.design_by_bits and not costs.doubles_decide(self.problem):
             return 1
-        final = bits == last or not self.design_by_bits
+        final = bits in (last, self.most_bits)
         return 3 if final or self.design_of(bits, THIRD_SCALES) else 2
 
     def design_of(self, bits: int, scales: Scales) -> Design | None:

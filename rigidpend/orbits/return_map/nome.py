@@ -1,23 +1,24 @@
 """The nome of motions without weight: the invariant in which the normal form's series shrink best.
 
 A normal form leaves one choice: u and v may be multiplied by a function f of the invariant. It is
-made here once and for all, because without it I = u v has a largest value, which no orbit exceeds
-and at which all series in I end; layers of thin bodies come near to it.
+made here once and for all, because with f = 1 the invariant I = u v of motions without weight has a
+largest value of either sign, at which all series in I end; layers of thin bodies come near to it.
 
-Without weight, at the energy h and with Qp Qm > 0, Jacobi's functions of p t' give
+Without weight, at the energy h and with Qp Qm > 0, Jacobi's functions of a t' give
 
     Qp = a (dn + k cn),    Qm = a (dn - k cn),
 
-where dn and k cn are sums of sech(lambda (t' - 2 n K/p)) times lambda/p, all of one sign and with
-alternating ones, and lambda = pi p/(2 K') = a/theta3(q)^2 for the nome q = exp(-pi K/K'). So Qp has
-pulses at 4 n K/p, and Qm midway between them. At the upper periodic orbit, midway between two
-neighbours, those of Qp add up to 4 lambda/(1 - q^2) exp(-lambda t'), which is v with f = 1, and
-those of Qm to 4 lambda q/(1 - q^2) exp(lambda t'), which is u. Their product is 16 lambda^2
-q/(1 - q^2)^2. With f = lambda/(lambda_0 (1 - q^2)) instead of 1 the invariant is 16 lambda_0^2 q;
-lambda_0 belongs to q = 0. Where Qp Qm < 0 all this holds with -q.
+where dn and k cn are sums over all n of sech(lambda (t' - 2 n K/a)) times lambda/a, the latter with
+alternating signs, and lambda = pi a/(2 K') = a/theta3(q)^2 for the nome q = exp(-pi K/K'). So Qp
+has pulses at t' = 4 n K/a, Qm midway between them, and the orbit passes the upper periodic orbit
+halfway from one of Qp, at t' = 0, to the next of Qm. In all pulses of Qp together exp(-lambda t')
+has the coefficient 4 lambda/(1 - q^2), and this term is v with f = 1; in those of Qm exp(lambda t')
+has 4 lambda q/(1 - q^2), and this term is u. Their product is 16 lambda^2 q/(1 - q^2)^2. With
+f = lambda/(lambda_0 (1 - q^2)) instead of 1 the invariant is 16 lambda_0^2 q; lambda_0 belongs to
+q = 0. Where Qp Qm < 0, dn and k cn change places, and -q takes the place of q in I and in f.
 
-The normal form has the angle psi as time, and psi does not grow evenly with t'. This changes f only
-from the third power of q on, and no f makes a normal form wrong.
+The normal form has the angle psi as time, and psi does not grow evenly with t'. This changes the
+invariant by a share of order q^3 only, and no f makes a normal form wrong.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ from rigidpend.orbits.return_map.reduced import Coefficients
 
 
 def normalization(c: Coefficients, h: float, count: int) -> Any:
-    """The coefficients of f as a power series in the invariant, (count,), dimensionless as 1/M^2.
+    """The coefficients of f as a power series in the invariant, (count,); the first one is 1.
 
-    `h` is the energy, and the first coefficient 1.
+    That of I^k is dimensionless as 1/M^(2 k). `h` is the energy.
     """
     # 1/(1 - q^2) adds every second coefficient.
     rate = free_rate(c, count)
@@ -45,8 +46,8 @@ def normalization(c: Coefficients, h: float, count: int) -> Any:
 def free_rate(c: Coefficients, count: int) -> Any:
     """The coefficients of lambda/lambda_0 as a power series in q, (count,), at a given energy.
 
-    From M1 = A dn, a = A cos(alpha0/2) and the parameter k'^2 = (theta2/theta3)^4 = Qp Qm/(A
-    cos(alpha0/2))^2 follows that (lambda_0/lambda)^2 = theta3^4 - C theta2^4 with C =
+    With the parameter k'^2 = (theta2/theta3)^4 = Qp Qm/a^2 the energy, from M1 = a dn/cos(alpha0/2)
+    and M2 = a k cn/sin(alpha0/2), gives (lambda_0/lambda)^2 = theta3^4 - C theta2^4 with C =
     cos(alpha0/2)^2 (1 + sin(alpha0/2)^2/kappa).
     """
     cos2 = 1 / (2 * float(c.to_M1)) ** 2
