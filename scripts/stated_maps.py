@@ -35,7 +35,11 @@ QUANTILES = 0.5, 0.9, 0.99, 1.0
 
 
 def ratios(made: ReturnMap) -> tuple[Any, Any]:
-    """True over stated errors of the charts and of the inverse charts, at points drawn by lot."""
+    """True over stated errors of the charts and of the inverse charts, at points drawn by lot.
+
+    The truth has more coefficients of f (`return_map.nome`), and so another invariant. That is no
+    error of a map, but counts here as one.
+    """
     a, o, nf = precision(FINER), made.orders, made.normal_form
     c = coefficients(made.body.angles(FINER + 32), made.design.unit, a)
     energies = nf.energies._replace(n=o.n_energy + 4 if o.n_energy > 1 else 1)

@@ -377,7 +377,7 @@ def test_a_map_leaves_out_as_much_as_the_other_errs(monkeypatch: pytest.MonkeyPa
     maps = mapped.Maps(run(task_orbits=1000))
     for bits in (64, 75):
         maps.crossings(bits, certainty.FIRST_SCALES, np.arange(1))
-    assert allowed == {53: 0.0, 64: 2.0 ** (GAP_BITS - 60) / 9, 75: 0.0}
+    assert allowed == {53: 0.0, 64: 2.0 ** (GAP_BITS - 60) / 12, 75: 0.0}
 
 
 def test_none_is_made_where_kept_ones_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
