@@ -70,7 +70,7 @@ def test_orders_are_those_of_the_table_that_shrinks_slowest(slow: int) -> None:
     seen = Shrinking(falling(1.0), each, each, 1.0)
     layer = Layer(1e-6, (1e-4, 2e-4))
     found = orders(rough, 0.0, layer, seen, math.exp(-20), math.exp(-12))
-    assert (found.degree, found.n_x, found.n_energy) == (25, 40 + 16, 1)
+    assert (found.degree, found.n_x, found.n_energy) == (25, 40 + 53, 1)
     few, many = 10, 40
     chart, inverse = (many if slow % 2 == k else few for k in (0, 1))
     assert (found.n_phase, found.n_phase_inverse) == (2 * chart + 1, 2 * inverse - 1)
