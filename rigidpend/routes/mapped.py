@@ -15,15 +15,12 @@ import math
 import threading
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidpend.machine.workers import side_by_side
-from rigidpend.mechanics.body import Angles
-from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import height
-from rigidpend.numbers.exact import GUARD_BITS, PRECISIONS, exact
+from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
@@ -33,7 +30,7 @@ from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third, kept_bits
-from rigidpend.routes.phases import turned
+from rigidpend.routes.map_start import MapStarts, beginning, check_start
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
@@ -91,19 +88,6 @@ def expected_tables(
     return math.inf
 
 
-def check_start(problem: RouteProblem) -> None:
-    """Raise MapError for starts beyond the section, nearer to the upper periodic orbit.
-
-    Their components Q are also those of a start before the section, for which a map would take
-    them.
-    """
-    if 2 * problem.J1_0.at(53) > problem.J2_0(53):
-        raise MapError(
-            f"J1_0 = {float(problem.J1_0)} is above J2_0/2: orbits that start beside the upper"
-            " periodic orbit do not begin in the normal form, which is the lower one's"
-        )
-
-
 Task: TypeAlias = tuple[int, Design]
 """A map's bits and its design."""
 
@@ -141,7 +125,7 @@ class Maps:
         check_start(run.problem)
         self.run, self.problem, self.only_kept = run, run.problem, only_kept
         self._lock, self._ready = threading.Lock(), dict[Task, Program]()
-        self._budgets = dict[Task, float]()
+        self._budgets, self._starts = dict[Task, float](), MapStarts(run)
         self.designs = designs_of(run.problem, run.orbits, run.arithmetic.precisions)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
         budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
@@ -282,7 +266,7 @@ class Maps:
         """The crossings of some columns, times t'; FAILED where an orbit leaves the tables."""
         design = self.design_of(bits, scales)
         assert design is not None
-        given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
+        given = *self._starts.of(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
         found = kernel.follow(self._program(bits, design), *given)
         return found._replace(time=found.time * float(exact(design.unit)))
 
@@ -300,7 +284,7 @@ class Maps:
         given = np.stack([a.array(x) for x in (*(states[:3] * unit), *states[3:])])
         # d and chi do not depend on the length of gamma, which other scales change.
         d, chi, image = section_point(rising, given, made.coefficients, precision(made.bits))
-        *_, e = self._begin(bits, design, columns)
+        *_, e = self._starts.of(bits, design, columns)
         x = d * (1 / made.charts[rising].forward.width)
         at = kernel.UnderWay(rising, x, chi, image, a.array(time / float(unit)))
         found = kernel.go_on(self._program(bits, design), at, e, count, self.run.jobs)
@@ -334,78 +318,3 @@ class Maps:
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
-
-    @functools.cached_property
-    def _actions(self) -> tuple[tuple[float, ...], Any]:
-        """The different J1_0 of the starts, and for each orbit the index of its own, (n,)."""
-        assert self.run.starts is not None
-        J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
-        return tuple(J1_0.tolist()), which
-
-    def _begin(self, bits: int, design: Design, columns: Any) -> tuple[Any, Any, Any]:
-        """Qp, the phase of entry and (energy - h0)/mu of some columns, (N,) each.
-
-        Qp is in the design's unit, the phase in radians. Each design shifts phases by another
-        `phase_shift` before they are rounded, so that cos and sin round differently.
-        """
-        a, phases = precision(bits), self.run.phases
-        if self.run.starts is None:
-            Qp, along, across = beginning(self.problem, design, bits)
-        else:
-            J1_0, which = self._actions
-            each = beginning(self.problem, design, bits, J1_0)
-            Qp, along, across = (x[which[columns]] for x in each)
-        theta2 = phases.near[columns]
-        shifted = theta2 + design.phase_shift
-        # Knuth's two-sum: the exact error of the rounded sum, which is added to the rest.
-        back = shifted - design.phase_shift
-        lost = (theta2 - back) + (design.phase_shift - (shifted - back))
-        rest = a.array(phases.rest[columns] + lost)
-        cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
-        # The reversor takes the start to one beside the upper orbit, psi = pi/2 - beta0/2 - theta2.
-        # The angle is recovered from cos and sin, to which its rest has been added.
-        p, *_ = _constants(self.problem, bits)
-        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.phase_shift
-        return Qp + 0 * psi, psi, along * cos + across * sin
-
-
-@functools.lru_cache(maxsize=16)
-def _constants(problem: RouteProblem, bits: int) -> tuple[Angles, Any, Any]:
-    """The body's angles, J2_0 and J1_0 of a problem, each rounded once to `bits` bits."""
-    a, guarded = precision(bits), bits + GUARD_BITS
-    angles = Angles(*map(a.number, problem.body.angles(guarded)))
-    return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0)
-
-
-def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
-    """Qp of starts in a design's unit of M, for the problem's J1_0 or for doubles in its place."""
-    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
-    J1 = J1 if J1_0 is None else a.array(np.array(J1_0))[()]
-    begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
-    return a.number(exact(unit)) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
-
-
-class Beginning(NamedTuple):
-    """Constants of the starts of a design, for one J1_0 or for each of several."""
-
-    Qp: Any
-    along: Any
-    """Coefficient of the cosine of the shifted phase in (energy - h0)/mu."""
-    across: Any
-    """Coefficient of the sine of the shifted phase in (energy - h0)/mu."""
-
-
-@functools.lru_cache(maxsize=16)
-def beginning(
-    problem: RouteProblem, design: Design, bits: int, J1_0: tuple[float, ...] | None = None
-) -> Beginning:
-    """The constants of the problem's starts, or of starts with the given J1_0, doubles."""
-    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
-    J1 = J1 if J1_0 is None else a.array(np.array(J1_0))
-    # The height is linear in cos and sin of the shifted phase: its values at 0 and pi/2 are the
-    # coefficients.
-    along, across = (
-        height(J1, J2, (p.alpha0 + p.beta0, x - design.phase_shift), a)
-        for x in (a.number(0.0), a.pi / 2)
-    )
-    return Beginning(start_Qp(problem, design.unit, bits, J1_0), along, across)
