@@ -207,10 +207,9 @@ class Maps:
 
     @property
     def twice(self) -> bool:
-        """True if both maps are as sharp as the sharpest computation, and each makes it once.
+        """True if both maps have the most bits, in which each of them makes one computation.
 
-        With the first map's own computation, a less sharp one, these are three: see
-        `certainty.LIMIT_OF_COARSE`.
+        With the one before, in fewer bits, these are three: see `certainty.LIMIT_OF_COARSE`.
         """
         sharpest = self.most_bits
         return self.design_by_bits.get(sharpest) == SECOND and self.built_bits[0] == sharpest
@@ -238,11 +237,10 @@ class Maps:
     def most_computations(self, bits: int) -> int:
         """The largest number of computations in a precision.
 
-        In the bits of the first map's own computation it is one, if a sharper one follows: a second
-        one would use the second map, whose own bits are next. In these it is two where the first
-        map is as sharp. In doubles it is one if few orbits would be decided by two before the first
-        map's own computation. Integration makes a third one only in the last precision; before
-        that, one computation in the next precision settles more.
+        Three are made in the last precision. Before that, one in the next precision settles more
+        than a third in the same, and integration makes two. Maps beyond doubles make one, or two in
+        the most bits where they are `twice`. In doubles they make one if two would decide few
+        orbits, else two, or three where there is a third map.
         """
         last = max(self.run.arithmetic.precisions)
         if bits in self.design_by_bits and bits < last:
