@@ -291,9 +291,9 @@ def _further(
         certain = known.certain[:, open_] & agreement(before, sharper, rate, LIMIT_OF_COARSE)
         if scales == FIRST_SCALES:
             if beside and more < GAP_BITS:
-                # Pairs of doubles keep so few bits more than maps that both maps must confirm them.
-                limit = LIMIT_OF_SHARPER if more >= COARSE_BITS else LIMIT_OF_THREE
-                _confirm(certain, *given, beside, (limit, limit))
+                # Pairs of doubles keep so few bits more than maps, seven at least (`Maps` see to
+                # it), that both maps must confirm them.
+                _confirm(certain, *given, beside, (LIMIT_OF_SHARPER, LIMIT_OF_SHARPER))
             else:
                 limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
                 certain |= agreement(before, sharper, rate, limit)
