@@ -6,6 +6,7 @@ import contextlib
 import json
 import re
 import shutil
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import methodcaller
 from pathlib import Path
@@ -37,6 +38,8 @@ class Parts:
         self._whole = _folder(target)
         self._fingerprint = fingerprint
         self._folder = self._whole / cache.name_of(fingerprint.encode())
+        self.crew = Counter[str]()
+        """The number of parts that each worker of a cluster has computed."""
 
     def __len__(self) -> int:
         return len(list(self._folder.glob("*.kept")))
@@ -71,8 +74,8 @@ class Parts:
 
     def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
         """The parts in order, each by :meth:`keep`; many parts are computed by processes."""
-        missing = [piece for piece in pieces if not self.has(piece.name)]
-        apart = missing if worth_processes(len(missing), jobs) else []
+        several = worth_processes(len(pieces), jobs)
+        apart = [piece for piece in pieces if several and not self.has(piece.name)]
         made, names = ahead(methodcaller("compute"), apart, jobs), {piece.name for piece in apart}
         for piece in pieces:
             # A part that another run has stored meanwhile is the same.

@@ -95,9 +95,9 @@ def _plane(
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
     names = [f"{name or 'plane'}.{number:06d}" for number, _ in tiles]
-    given = problem, means.arithmetic, means.threads(names)
+    given = problem, means.arithmetic, means.threads(len(tiles))
     pieces = [
-        Piece(each, _tile, (x[columns], y[rows], *given))
+        Piece(each, partial(_tile, x[columns], y[rows], *given))
         for each, (_, (rows, columns)) in zip(names, tiles, strict=True)
     ]
 

@@ -55,8 +55,7 @@ def cost(config: Config) -> float:
     orbits = FEWEST + ORBITS * ratio
     seconds = BEGIN
     for shape in problem.bodies.values():
-        nu = shape.heavy(problem.mu[0]).nu
-        doubles = DEFAULT_TOLERANCE["taylor"] < decay(nu) * admitted(ratio)
+        doubles = DEFAULT_TOLERANCE["taylor"] < decay(shape.body.nu) * admitted(ratio)
         seconds += float((orbits * np.where(doubles, *ORBIT)).sum())
     return seconds
 
