@@ -81,15 +81,19 @@ class Means(NamedTuple):
 
     Other machines may compute them."""
 
+    stored: Callable[[str], bool] = dict[str, bool]().__contains__
+    """True for the name of a piece that an interrupted run has stored."""
+
     def part(self, name: str, compute: Callable[[], Tree]) -> Tree:
         """A single checkpoint, which this process computes: ``compute()``, stored as a piece is."""
         [tree] = self.pieces([Piece(name, compute)])
         return tree
 
-    def threads(self, pieces: int) -> int:
-        """Number of threads that each of so many pieces may take.
+    def threads(self, names: Sequence[str]) -> int:
+        """Number of threads that each of the pieces of these names may take.
 
-        Many go to processes of one thread each, because threads would wait for each other's Python
-        code.
+        Many that are to be computed go to processes of one thread each, because threads would wait
+        for each other's Python code.
         """
-        return 1 if worth_processes(pieces, self.jobs) else self.jobs
+        missing = [name for name in names if not self.stored(name)]
+        return 1 if worth_processes(len(missing), self.jobs) else self.jobs

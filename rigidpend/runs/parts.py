@@ -74,8 +74,8 @@ class Parts:
 
     def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
         """The parts in order, each by :meth:`keep`; many parts are computed by processes."""
-        several = worth_processes(len(pieces), jobs)
-        apart = [piece for piece in pieces if several and not self.has(piece.name)]
+        missing = [piece for piece in pieces if not self.has(piece.name)]
+        apart = missing if worth_processes(len(missing), jobs) else []
         made, names = ahead(methodcaller("compute"), apart, jobs), {piece.name for piece in apart}
         for piece in pieces:
             # A part that another run has stored meanwhile is the same.

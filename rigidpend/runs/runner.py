@@ -174,7 +174,7 @@ def run(
             whole = Piece("whole", partial(computation.compute, content, Means(arithmetic)))
             [data] = pieces([whole])
         else:
-            means = Means(arithmetic, 1 if away else jobs, tell, pieces)
+            means = Means(arithmetic, 1 if away else jobs, tell, pieces, parts.has)
             data = computation.compute(content, means)
         layout = experiments.layout(content.experiment)
         # Data that come in blocks are computed now.

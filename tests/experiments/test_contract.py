@@ -54,7 +54,10 @@ def fields(layout: Layout) -> Iterator[tuple[str, Field]]:
 
 
 def test_many_pieces_go_to_processes_of_one_thread() -> None:
-    assert [Means(jobs=2).threads(count) for count in (1, 7, 8)] == [2, 2, 1]
+    names = [f"piece{k}" for k in range(8)]
+    assert [Means(jobs=2).threads(names[:count]) for count in (1, 7, 8)] == [2, 2, 1]
+    # Those that an interrupted run has stored do not count.
+    assert Means(jobs=2, stored=lambda name: name == "piece3").threads(names) == 2
 
 
 @pytest.mark.parametrize("name", ["nonesuch", "..run", "route_codes.compute", ""])

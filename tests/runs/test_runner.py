@@ -17,6 +17,7 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.config.complaints import ConfigError
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import files
 from rigidpend.machine.progress import tell_nobody
@@ -264,6 +265,23 @@ def seen(path: Path) -> tuple[Any, str]:
         for name in TIMES:
             attributes.pop(name, None)
     return loaded["data"], repr(outline)
+
+
+def test_an_experiment_is_told_which_pieces_an_interrupted_run_stored(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
+    parts = Parts(planned.target, json.dumps(planned.fingerprint))
+    parts.keep("left.00000000", lambda: {"x": 1.0})
+
+    def interrupted(_: Any, means: Means) -> Any:
+        assert means.stored("left.00000000")
+        assert not means.stored("left.00000008")
+        raise ArithmeticError("it was asked")
+
+    monkeypatch.setattr(route_codes, "compute", interrupted)
+    with pytest.raises(ArithmeticError, match="it was asked"):
+        runner.run(planned, jobs=2, report=tell_nobody)
 
 
 RESUMED = {

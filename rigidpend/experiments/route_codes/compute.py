@@ -75,7 +75,7 @@ def _array(name: str, config: Config, means: Means, orbits: tuple[int, int]) -> 
     at_once = min(MOST, max(LANES if seconds < SLOW else 1, int(PART / seconds)))
     parts = [range(first, min(first + at_once, count)) for first in range(0, count, at_once)]
     names = [f"{name}.{part.start:08d}" for part in parts]
-    given = name, config.problem, means.arithmetic, means.threads(len(parts))
+    given = name, config.problem, means.arithmetic, means.threads(names)
     pieces = [Piece(x, partial(_part, part, *given)) for x, part in zip(names, parts, strict=True)]
     found: list[RouteCodes] = []
     for part, tree in zip(parts, means.pieces(pieces), strict=True):

@@ -95,7 +95,7 @@ def _plane(
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
     names = [f"{name or 'plane'}.{number:06d}" for number, _ in tiles]
-    given = problem, means.arithmetic, means.threads(len(tiles))
+    given = problem, means.arithmetic, means.threads(names)
     pieces = [
         Piece(each, partial(_tile, x[columns], y[rows], *given))
         for each, (_, (rows, columns)) in zip(names, tiles, strict=True)
