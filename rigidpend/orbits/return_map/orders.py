@@ -122,11 +122,11 @@ def orders(
     MapError
         The series shrink too slowly, or not at all.
     """
-    nats = -math.log(target)
+    nats, n_x = -math.log(target), max(terms_until(x, target) for x in seen.by_x)
     return Orders(
         least_degree(seen.by_degree, inner),
         body.harmonics(nats) + 2,
-        _mixed(max(terms_until(x, target) for x in seen.by_x)),
+        _mixed(n_x) if half else n_x,
         # m harmonics with the mean, m - 1 without, are 2 m - 1 terms. Charts have one harmonic
         # more: what a chart leaves out is larger than its last harmonic.
         2 * max(terms_until(x, target) for x in seen.by_phase[::2]) + 1,
