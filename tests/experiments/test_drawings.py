@@ -224,6 +224,18 @@ def test_exponents_that_differ_little_are_written_whole() -> None:
     assert all(x.get_text().startswith("18.35") for x in left.get_yticklabels())
 
 
+@pytest.mark.parametrize(("flatter", "aspect"), [(1.0, 1.0), (1e-3, "auto")])
+def test_a_hodograph_is_drawn_in_one_scale_unless_it_is_flat(flatter: float, aspect: Any) -> None:
+    """That of a nearly symmetric body was a line, beside ticks that were upon each other."""
+
+    def change(data: Any) -> None:
+        for case in data.values():
+            case["omega"][:, 0] *= flatter
+
+    figure = drawn_with("herpolhodes", change)
+    assert [axes.get_aspect() for axes in figure.axes] == ["auto", aspect] * 2
+
+
 def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
     def change(data: Any) -> None:
         data["bodies"] = {"a": data["bodies"]["a"]}
