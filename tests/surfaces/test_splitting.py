@@ -227,3 +227,14 @@ def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
         found.append(np.array(told[0], dtype=float))
     assert np.abs(found[0]).max() > 1e-5
     assert np.ptp(found, axis=0).max() < 1e-15
+
+
+def test_precisions_whose_rounding_is_far_too_large_are_not_tried() -> None:
+    """Of nu = 185 not even 160 bits resolve anything, and take a quarter of a minute."""
+    body = Body(A=(2, "1.9625", "1.98948"), r=(1, 0, 0), mu="5.8e-5")
+    found = measure(body, H0, ALLOWED, resolve(precisions=(53, 106, 160)))
+    assert (found.resolved, found.bits) == (False, 53)
+    # Others are, of which doubles tell nothing either.
+    body = Body(A=(2, "1.9", "1.96"), r=(1, 1, 0), mu="1e-5")
+    found = measure(body, H0, 1e-4, resolve(precisions=(53, 106)))
+    assert (found.resolved, found.bits) == (True, 106)
