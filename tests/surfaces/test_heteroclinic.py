@@ -176,6 +176,15 @@ def test_a_search_ends_where_roundings_of_many_turns_keep_g_from_its_goal() -> N
     )
 
 
+def test_what_g_is_off_by_counts_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a share of what the two orbits differ by: here they are cut off at unlike times."""
+    monkeypatch.setattr(heteroclinic, "beginning", lambda s, g, _: (76.0, 40.0 + g, 0.5))
+    found = increments(GENERIC, H0, resolve("scipy", 1e-9))
+    apart = np.ptp(found.gained, axis=0)
+    assert apart.min() > 0
+    assert (found.error >= apart / 2).all()
+
+
 def test_an_elliptic_periodic_orbit_is_said_to_have_no_surface() -> None:
     body = Body(A=(2, "1.304", "1.354"), r=("0.666", "0.746", 0), mu="0.6")
     with pytest.raises(ArithmeticError, match=r"not hyperbolic: .* sum 0\.976049"):
