@@ -208,11 +208,15 @@ def _order(content: ExperimentConfig) -> tuple[bool, str]:
 
 def _figure(config: loading.LoadedConfig) -> str:
     """A section: the figure, what one sees in it, and the bodies."""
-    about = inspect.getdoc(importlib.import_module(f"rigidpend.experiments.{config.experiment}"))
+    about = inspect.getdoc(
+        importlib.import_module(f"rigidpend.experiments.{config.content.experiment}")
+    )
     head = plain((about or "").partition("\n")[0].rstrip("."))
     result: Any = {"config": config.resolved()}
     bodies = "; ".join(captions.bodies(result))
-    said = f"{plain(captions.caption(config.experiment))}\n\n`{config.name}`: {plain(bodies)}"
+    said = (
+        f"{plain(captions.caption(config.content.experiment))}\n\n`{config.name}`: {plain(bodies)}"
+    )
     figure = f"```{{figure}} ../results/gallery/{config.name}.png\n:alt: {head}\n\n{said}\n```"
     return f"## {head}\n\n{figure}"
 

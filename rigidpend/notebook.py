@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from rigidpend import experiments
 from rigidpend.config.catalogue import RESULTS, resolve, with_remedy
 from rigidpend.config.complaints import Origin
+from rigidpend.machine import files
 from rigidpend.machine.wording import Table, columns
 from rigidpend.numbers import Array, checked
 from rigidpend.numbers.checked import ParameterError
@@ -154,7 +155,7 @@ def load(source: Path | str) -> StoredResult:
         path = RESULTS / f"{source}.h5"
     try:
         return StoredResult(path, store.load(path))
-    except store.StoreError as error:
+    except files.StoreError as error:
         raise type(error)(with_remedy(error)) from None
 
 

@@ -162,7 +162,7 @@ def cluster_table() -> Table:
     with tempfile.TemporaryDirectory() as folder, dask(folder) as (address, processes):
 
         def give(count: int) -> None:
-            pieces = [Piece(str(k), dict, ()) for k in range(count)]
+            pieces = [Piece(str(k), dict) for k in range(count)]
             list(cluster.gathered(address, "route_codes", "taylor", pieces, tell_nobody))
 
         give(1)  # the worker imports what it needs

@@ -10,6 +10,7 @@ import pytest
 
 import rigidpend
 from docs import notebooks
+from rigidpend.machine import files
 from rigidpend.results import store
 from rigidpend.routes.herpolhode import SampledOrbit
 from tests.bodies import FIG4
@@ -165,7 +166,7 @@ def test_what_is_wrong_with_a_run_is_said(tmp_path: Path, given: Any, said: str)
     [("none", "there is no such file"), ("fig4", "; call: rigidpend run fig4 --")],
 )
 def test_a_result_that_is_not_there_is_said(tmp_path: Path, name: str, said: str) -> None:
-    with pytest.raises(store.StoreError, match=said):
+    with pytest.raises(files.StoreError, match=said):
         rigidpend.load(tmp_path / f"{name}.h5")
 
 

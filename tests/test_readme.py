@@ -187,7 +187,7 @@ def keys_of(node: Any, place: str = "") -> Iterator[str]:
 @pytest.mark.parametrize("name", sorted(catalogue.known()))
 def test_every_key_of_a_shipped_config_is_on_the_page(name: str) -> None:
     loaded = loading.load(catalogue.known()[name])
-    told = {setting.key for setting in generate.keys(experiments.schema(loaded.experiment))}
+    told = {setting.key for setting in generate.keys(experiments.schema(loaded.content.experiment))}
     free = {f"{section}.NAME" for section in NAMED}
     asked = {key for key in keys_of(loaded.resolved()) if "." in key} - free
     by_name = ("problem.passages.columns.", "problem.passages.checked.")

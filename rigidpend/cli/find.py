@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -118,7 +119,7 @@ def find_command(
     given |= {"near": near, "digits": digits}
     if many:
         pieces = list(dict.fromkeys(codes))
-        documents = _computed(pieces, given, jobs, loaded.experiment, scheduler)
+        documents = _computed(pieces, given, jobs, loaded.content.experiment, scheduler)
         if as_json:
             print_json(documents)
         else:
@@ -157,7 +158,7 @@ def _computed(
     from rigidpend.experiments.contract import Piece
     from rigidpend.runs import cluster
 
-    pieces = [Piece(str(k), _found, (code, given)) for k, code in enumerate(codes)]
+    pieces = [Piece(str(k), partial(_found, code, given)) for k, code in enumerate(codes)]
     come = cluster.gathered(scheduler, experiment, "taylor", pieces, say)
     by_name = {name: found for found, name, _ in come}
     return [by_name[piece.name] for piece in pieces]

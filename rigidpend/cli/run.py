@@ -173,7 +173,7 @@ class Runs:
         """Decide whether to run a config, and note the decision."""
         from rigidpend.runs import runner
 
-        outcome = RunOutcome(config.name, "up to date", config.experiment)
+        outcome = RunOutcome(config.name, "up to date", config.content.experiment)
         self.outcomes.append(outcome)
         try:
             planned = runner.plan(config, folder, force=force)

@@ -61,7 +61,7 @@ def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
     place, file = folder_of(path, folder), None
     try:
         config = loading.load(path)
-        told["experiment"] = config.experiment
+        told["experiment"] = config.content.experiment
         found = runner.plan(config, place)
         told["status"] = "to run" if found.reason else "up to date"
         told |= {"reason": found.reason or None, "doubt": found.doubt or None}
@@ -113,16 +113,16 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
         for path, each in zip(paths, loaded, strict=True):
             if path != paths[0]:
                 click.echo()
-            click.echo(f"{each.name}: experiment {each.experiment}, {path}")
-            rows = experiments.describe(each.experiment, each.content)
+            click.echo(f"{each.name}: experiment {each.content.experiment}, {path}")
+            rows = experiments.describe(each.content)
             print_table([row[:3] for row in rows], "  ")
 
 
 def _document(loaded: Any) -> dict[str, Any]:
-    rows = experiments.describe(loaded.experiment, loaded.content)
+    rows = experiments.describe(loaded.content)
     return {
         "name": loaded.name,
-        "experiment": loaded.experiment,
+        "experiment": loaded.content.experiment,
         "config_hash": loaded.config_hash,
         "config": loaded.resolved(),
         "rows": [row._asdict() for row in rows],

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,6 +15,9 @@ from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_
 from rigidpend.config import catalogue
 from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
 from rigidpend.machine.progress import Progress
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.compare import Difference
 
 
 @click.command("verify")
@@ -104,7 +107,6 @@ def _compared(
 ) -> Any:
     """Compute one experiment and compare it, as plain data."""
     from rigidpend.machine import files
-    from rigidpend.results import store
     from rigidpend.runs import certificate_files as storage
     from rigidpend.runs import loading, regression
 
@@ -120,7 +122,7 @@ def _compared(
         proof = storage.beside(read or stored)
         given: Any = {"jobs": jobs, "report": hear}
         found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
-    except store.StoreError as error:
+    except files.StoreError as error:
         absent = isinstance(error, files.Absent)
         said = f"{error}; {catalogue.remedy_of_reference(path, stored)}"
         if error.file != stored or path == stored:
@@ -133,17 +135,17 @@ def _compared(
     }
 
 
-def _parts(difference: Any) -> dict[str, Any]:
+def _parts(difference: Difference) -> dict[str, Any]:
     """Convert a difference to plain data; values that JSON does not know become text."""
     from rigidpend.experiments.compare import shown
 
-    told = {"said": str(difference)}
-    # A difference may also be a plain sentence without parts.
-    if hasattr(difference, "place"):
-        values = {"stored": difference.stored, "computed": difference.computed}
-        told |= {"place": difference.place, **{k: shown(x) for k, x in values.items()}}
-        told["allowed"] = difference.allowed
-    return told
+    return {
+        "said": str(difference),
+        "place": difference.place,
+        "stored": shown(difference.stored),
+        "computed": shown(difference.computed),
+        "allowed": difference.allowed,
+    }
 
 
 def _tell(outcome: dict[str, Any]) -> None:

@@ -120,7 +120,6 @@ class WeightedBodies(Part):
 
 MOST_CELLS = 100_000
 """Largest number of cells along an axis."""
-ENDS = Field(ge=2, le=MOST_CELLS)
 Range: TypeAlias = tuple[Number, Number]
 
 
@@ -129,7 +128,7 @@ class Axis(Part):
 
     ends: Range
     """The ends, ascending; radians, a decadic logarithm, or physical units for mu and h0."""
-    count: Annotated[Whole, ENDS]
+    count: Annotated[Whole, Field(ge=2, le=MOST_CELLS)]
     """Number of cells; each is computed at its middle."""
 
     def within(self, ends: Range) -> Axis:

@@ -44,13 +44,13 @@ def computation(name: str) -> Any:
     return _module(name, "compute")
 
 
-def cost(name: str, config: ExperimentConfig) -> float | None:
-    """Estimate of the seconds that a config takes; None if its experiment makes no estimate."""
-    estimate = getattr(computation(name), "cost", None)
-    return None if estimate is None else float(estimate(config))
+def cost(config: ExperimentConfig) -> float:
+    """Estimate of the seconds that a config takes; 0 if its experiment makes no estimate."""
+    estimate = getattr(computation(config.experiment), "cost", None)
+    return float(estimate(config)) if estimate else 0.0
 
 
-def describe(name: str, config: ExperimentConfig) -> list[Row]:
+def describe(config: ExperimentConfig) -> list[Row]:
     """Describe a config in rows: its parameters, and what follows from them.
 
     The rows that follow come from the body, from the experiment's `describe` if there is one,
@@ -58,8 +58,8 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
     """
     from rigidpend.config import description, theory
 
-    problem, own = config.problem, getattr(computation(name), "describe", None)
-    body, seconds = getattr(problem, "body", None), cost(name, config)
+    problem, own = config.problem, getattr(computation(config.experiment), "describe", None)
+    body, seconds = getattr(problem, "body", None), cost(config)
     found = [
         *description.asked(problem),
         *description.asked(config, apart=("figure", "experiment", "problem", "numerics")),
@@ -67,7 +67,7 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
         *(own(config) if own else ()),
         *theory.of(problem),
     ]
-    if seconds is not None:
+    if seconds:
         found.append(description.Row("cost", f"about {seconds:.2g} s", "to compute, as estimated"))
     # A name that occurs twice, such as A of a body, keeps its first row.
     told: dict[str, Row] = {}
@@ -86,9 +86,9 @@ def drawing(name: str) -> Any:
     return _module(name, "draw")
 
 
-def tables(name: str, result: Loaded) -> list[Table]:
+def tables(result: Loaded) -> list[Table]:
     """Tables beside the figure of a stored result; an empty list if its experiment makes none."""
-    made = getattr(drawing(name), "tables", None)
+    made = getattr(drawing(result["attributes"]["experiment"]), "tables", None)
     return made(result) if made else []
 
 

@@ -179,19 +179,14 @@ def where(compared: Callable[[Data, Data], Any]) -> Allowed:
     return lambda name, stored, fresh: np.where(compared(stored, fresh), 0.0, np.inf)
 
 
-def relative(share: float) -> Allowed:
-    """Bound of each element, relative to its stored value."""
-    return lambda name, stored, fresh: share * np.abs(stored[name])
+def relative(share: float, to: str = "") -> Allowed:
+    """Bound of each element, relative to its stored value, or to that of another field."""
+    return lambda name, stored, fresh: share * np.abs(stored[to or name])
 
 
 def of_largest(share: float, least: float = 0.0) -> Allowed:
     """Bound of all elements, relative to the largest stored one, or to `least` if that is more."""
-    return lambda name, stored, fresh: share * max(least, np.abs(stored[name]).max())
-
-
-def of_field(other: str, share: float) -> Allowed:
-    """Bound of each element, relative to the stored value of another field."""
-    return lambda name, stored, fresh: share * np.abs(stored[other])
+    return lambda name, stored, fresh: share * np.abs(stored[name]).max(initial=least)
 
 
 def modulo(period: float, allowed: Allowed) -> Allowed:
@@ -206,15 +201,15 @@ def modulo(period: float, allowed: Allowed) -> Allowed:
     return apart
 
 
-def stated(most: float | Callable[[Data, Data], Any]) -> Allowed:
+def stated(most: float | Allowed) -> Allowed:
     """Bound of the errors that a fresh result states of itself.
 
-    `most` is the largest admitted size, infinite for any, or a function to it from the two
-    groups, stored and fresh. Gaps must be at the same places as in the stored result.
+    `most` is the largest admitted size, infinite for any, or a bound that gives it. Gaps must be at
+    the same places as in the stored result.
     """
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
-        limit = most(stored, fresh) if callable(most) else most
+        limit = most(name, stored, fresh) if callable(most) else most
         known, free = ~np.isnan(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
         gaps = arrays(name, known, ~np.isnan(fresh[name]), free)
         errors = np.where(known, np.abs(fresh[name]), 0.0)

@@ -42,7 +42,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from operator import methodcaller
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from rigidpend.experiments.data import Tree
 from rigidpend.machine.progress import tell_nobody
@@ -62,13 +63,8 @@ class Piece(NamedTuple):
 
     name: str
     """Name of letters, digits, ``_``, ``.`` and ``-``."""
-    work: Callable[..., Tree]
-    """A function at the top level of a module, so that it can be pickled."""
-    arguments: tuple[Any, ...]
-
-    def compute(self) -> Tree:
-        """Compute the part, without a checkpoint."""
-        return self.work(*self.arguments)
+    compute: Callable[[], Tree]
+    """Computes it, without a checkpoint; made by `partial`, so that it can be pickled."""
 
 
 class Means(NamedTuple):
@@ -80,7 +76,7 @@ class Means(NamedTuple):
     """Number of threads or processes at a time."""
     report: Callable[[str], None] = tell_nobody
     """Receiver of lines of progress."""
-    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(map, Piece.compute)
+    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(map, methodcaller("compute"))
     """Checkpoints: gives the trees of pieces in their order, each stored for an interrupted run.
 
     Other machines may compute them."""
@@ -90,7 +86,7 @@ class Means(NamedTuple):
 
     def part(self, name: str, compute: Callable[[], Tree]) -> Tree:
         """A single checkpoint, which this process computes: ``compute()``, stored as a piece is."""
-        [tree] = self.pieces([Piece(name, compute, ())])
+        [tree] = self.pieces([Piece(name, compute)])
         return tree
 
     def threads(self, names: Sequence[str]) -> int:

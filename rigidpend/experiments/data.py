@@ -67,9 +67,8 @@ class Loaded(TypedDict):
     """Arrays, texts and groups by name."""
 
 
-FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
-NUMBER = "number"
-"""Kinds of elements of a field; a number is a double or whole."""
+FLOAT, WHOLE, FLAG, TEXT = "doubles", "whole numbers", "true or false", "texts"
+"""Kinds of elements of a field, as messages name them."""
 ANY = math.inf
 """Bound of a field that is not compared: it depends on the last bit, or on the way of computing."""
 
@@ -103,15 +102,23 @@ class Field(NamedTuple):
     among: tuple[int, ...] = ()
     """The values that its elements may have; empty if there are others than a few."""
 
+    @property
+    def meaning(self) -> dict[str, str]:
+        """The attributes that a file states of it."""
+        return {"units": self.units, "description": self.description}
+
 
 def _field(
     kind: str, units: str, description: str, *dimensions: int | str, **further: Any
 ) -> Field:
-    return Field(kind, dimensions, units, description, **further)
+    given = {"dimensions": dimensions, **further}
+    return Field(kind, units=units, description=description, **given)
 
 
 double, whole, flag, text = (partial(_field, kind) for kind in (FLOAT, WHOLE, FLAG, TEXT))
-"""Make a field of this kind from its unit, its description, and its dimensions."""
+"""Make a field of this kind from its unit, its description, and its dimensions.
+
+These may also be given by name, as what several fields share."""
 
 
 def as_bytes(texts: Any) -> Any:
@@ -123,14 +130,17 @@ def as_bytes(texts: Any) -> Any:
 Layout: TypeAlias = Mapping[str, "Field | Layout"]
 
 
-def held(bound: float | Allowed, fields: Mapping[str, Field]) -> dict[str, Field]:
-    """The fields, with this bound for fields of doubles that declare none."""
-    return {
-        name: field._replace(within=bound)
-        if field.kind in (FLOAT, NUMBER) and field.within == 0.0
-        else field
-        for name, field in fields.items()
-    }
+def held(bound: float | Allowed, layout: Layout) -> Layout:
+    """The layout, with this bound for fields of doubles that declare none, in all its groups."""
+    made: dict[str, Field | Layout] = {}
+    for name, node in layout.items():
+        if not isinstance(node, Field):
+            made[name] = held(bound, node)
+        elif node.kind == FLOAT and node.within == 0.0:
+            made[name] = node._replace(within=bound)
+        else:
+            made[name] = node
+    return made
 
 
 def members(layout: Layout) -> tuple[str, Field | Layout] | None:
@@ -193,7 +203,6 @@ def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarr
         # xarray needs a name for each dimension: one given as a mere size takes the array's name.
         sizes = enumerate(node.dimensions)
         dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
-        meaning = {"units": node.units, "description": node.description}
-        variables[key] = xarray.Variable(dims, np.asarray(data[key]), meaning)
+        variables[key] = xarray.Variable(dims, np.asarray(data[key]), node.meaning)
         coordinates += [key] if node.coordinate else []
     yield path or "/", xarray.Dataset(variables).set_coords(coordinates)

@@ -45,16 +45,10 @@ def heyoka() -> Any:
     return imported
 
 
-def offers(bits: int) -> bool:
-    """True if heyoka has numbers of 53, 64 or 113 bits on this machine."""
-    if bits == 64:
-        return np.finfo(np.longdouble).nmant == 63
-    return bits == 53 or (bits == 113 and hasattr(heyoka(), "real128"))
-
-
 def working_type(bits: int) -> Any:
-    """Type of heyoka's numbers of 53, 64 or 113 bits."""
-    return {53: float, 64: np.longdouble, 113: getattr(heyoka(), "real128", None)}[bits]
+    """Type of heyoka's numbers of 53, 64 or 113 bits; None if this machine has none."""
+    long = np.longdouble if np.finfo(np.longdouble).nmant == 63 else None
+    return {53: float, 64: long, 113: getattr(heyoka(), "real128", None)}[bits]
 
 
 def typed(x: Scalar, kind: Any) -> Any:
@@ -170,7 +164,7 @@ def settled(
     that is expected to take more than `seconds`.
     """
     true, columns = doubted.copy(), np.arange(len(phases))
-    for bits in filter(offers, ladder):
+    for bits in filter(working_type, ladder):
         begun = time.perf_counter()
         if columns.size:
             true[:, columns] = codes(problem, phases[columns], bits=bits, jobs=jobs)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, relative, where
-from rigidpend.experiments.data import ANY, WHOLE, Allowed, Data, Field, double, flag, text, whole
+from rigidpend.experiments.data import ANY, Allowed, Data, double, flag, text, whole
 from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
 
@@ -105,7 +105,7 @@ MEANING = {
 }
 """Fields of an array of route codes."""
 
-_step = partial(Field, WHOLE, ("steps",), "1", within=ANY)
+_step = partial(whole, "1", dimensions=("steps",), within=ANY)
 # Their last digits differ between processors: only what they prove is compared.
 STEPS = {
     "family": _step("the family of orbits of which a step is, counted from 0"),

@@ -244,14 +244,14 @@ def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
 def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
     """Check r and scale it to length one."""
     # Rationals take their shortest text, so that bodies are equal however their r was written.
-    r1, r2, r3 = (x if x.fraction is None else exact(x.fraction) for x in r)
+    r1, r2, r3 = (x.shortest for x in r)
     square = r1 * r1 + r2 * r2
     _check_direction(r, square)
     r = (r1, r2, r3)
     # An r of length one, such as (cos, sin), is left as it is: there is no root to evaluate.
     if abs(square.at(113) - 1) < context(113).mpf(2) ** -110:
         return r
-    length = function("sqrt", square if square.fraction is None else exact(square.fraction))
+    length = function("sqrt", square.shortest)
     # An exact zero stays exact: divided by a root it could be told from a tiny number only by
     # thousands of bits.
     x, y = (r_i if r_i.fraction == 0 else r_i / length for r_i in r[:2])

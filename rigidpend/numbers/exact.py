@@ -194,6 +194,11 @@ class Exact:
         """The value of a rational, else the text: equal keys belong to equal numbers only."""
         return self.text if self.fraction is None else self.fraction
 
+    @property
+    def shortest(self) -> Exact:
+        """The same number: a rational one with its shortest text, another as it is."""
+        return self if self.fraction is None else rational(self.fraction, None)
+
     @functools.cached_property
     def _hash(self) -> int:
         # Numbers are keys of caches, and the hash of a Fraction takes a modular power each time.

@@ -65,7 +65,7 @@ def render(source: Path, target: Path, *, force: bool = False) -> bool:
     try:
         drawn = image(result, target.suffix[1:], origin)
     except OF_VALUES as error:
-        raise store.StoreError.of(source, f"cannot be drawn: {wording.error(error)}") from error
+        raise files.StoreError.of(source, f"cannot be drawn: {wording.error(error)}") from error
     files.write(target, drawn)
     return True
 

@@ -86,7 +86,7 @@ def build(sources: Sequence[Path]) -> tuple[str, list[str]]:
     # A page of nothing but complaints is no report.
     if all(found.problem for found in sections):
         there = any(source.exists() for source in sources)
-        raise (store.StoreError if there else Absent)("\n".join(problems))
+        raise (files.StoreError if there else Absent)("\n".join(problems))
     return html(sorted(sections, key=lambda found: found.order)), problems
 
 
@@ -98,18 +98,18 @@ def _section(source: Path) -> ResultSection:
         certificate, doubt = None, ""
         try:
             certificate = beside(source)
-        except store.StoreError as error:
+        except files.StoreError as error:
             doubt = f"nothing is marked as proven: {with_remedy(error)}"
         origin = render.drawn_from(source, str(result["attributes"]["experiment"]))
         drawn = render.kept(source.with_suffix(".png"), origin)
         return section(marked(result, certificate), drawn)._replace(doubt=doubt)
-    except store.StoreError as error:
+    except files.StoreError as error:
         said = error
     except MemoryError:
-        said = store.StoreError(f"{source}: not enough memory to show it")
+        said = files.StoreError(f"{source}: not enough memory to show it")
     except render.OF_VALUES as error:
         # An error in one file, of whatever kind, must not keep the others from being shown.
-        said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
+        said = files.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
     name = source.stem
     return ResultSection(name, name, (True, f" {name}"), problem=with_remedy(said))
 
@@ -131,7 +131,7 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
         picture=picture(drawn or render.image(result, "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
-        tables=experiments.tables(experiment, result),
+        tables=experiments.tables(result),
         provenance=[(key.replace("_", " "), str(value)) for key, value in rows.items()],
     )
 

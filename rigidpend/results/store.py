@@ -27,7 +27,6 @@ from h5py import h5g
 from rigidpend import experiments
 from rigidpend.experiments.data import (
     FLOAT,
-    NUMBER,
     TEXT,
     Coming,
     Field,
@@ -39,6 +38,7 @@ from rigidpend.experiments.data import (
     declared,
     fields,
     named,
+    text,
 )
 from rigidpend.machine import files
 from rigidpend.machine.files import Absent, StoreError, prepare, sealed
@@ -46,8 +46,6 @@ from rigidpend.machine.wording import short
 from rigidpend.results import structure
 from rigidpend.results.damage import grant, intact, tried
 from rigidpend.results.structure import Checker, Unfit, told
-
-__all__ = ["OtherVersion", "StoreError", "load", "opened", "prepare", "write"]
 
 Attributes: TypeAlias = Mapping[str, Any]
 Outline: TypeAlias = dict[str, dict[str, Any]]
@@ -62,7 +60,7 @@ WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "
 """Root attributes that are texts."""
 LONGEST = 1000
 """Largest number of characters of such a text."""
-OF_CONFIG = Field(TEXT, (), "", "resolved config, JSON")
+OF_CONFIG = text("", "resolved config, JSON")
 CONFIG, DEEPEST = 2**22, 32
 """Largest number of characters of a config, and of its nested brackets."""
 SOUND: set[tuple[bytes, int, bool]] = set()
@@ -138,9 +136,7 @@ def _put_array(group: h5py.Group, name: str, field: Field, values: Any) -> None:
     # HDF5 cannot compress single values, or give them a checksum.
     if not isinstance(values, str) and np.ndim(values) and 0 not in np.shape(values):
         how |= {"fletcher32": True, "shuffle": True, "compression": "gzip"}
-    group.create_dataset(name, **how).attrs.update(
-        {"units": field.units, "description": field.description}
-    )
+    group.create_dataset(name, **how).attrs.update(field.meaning)
 
 
 def _fill(group: h5py.Group, data: Tree) -> None:
@@ -281,7 +277,7 @@ def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
     }
     declared = layout or experiments.layout(found["attributes"]["experiment"])
     for place, values, field in fields(declared, found["data"]):
-        if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
+        if field.kind == FLOAT and not (field.gaps or np.isfinite(values).all()):
             raise Unfit(f"data/{place} has a number that is not finite")
         if field.among and not np.isin(values, field.among).all():
             raise Unfit(f"data/{place} has another number than {', '.join(map(str, field.among))}")

@@ -15,17 +15,7 @@ from typing import Any
 import numpy as np
 from h5py import h5a, h5d, h5g, h5i, h5l, h5o, h5s, h5t, h5z
 
-from rigidpend.experiments.data import (
-    FLAG,
-    FLOAT,
-    NUMBER,
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-    members,
-    named,
-)
+from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, members, named
 from rigidpend.machine.files import StoreError
 
 OBJECTS, NAME = 20_000, 200
@@ -49,14 +39,6 @@ TYPES = (
     (FLAG, h5t.py_create(np.dtype(bool))),
 )
 """Types of elements by kind; numbers may have either byte order."""
-HELD = {
-    FLOAT: "doubles",
-    WHOLE: "whole numbers",
-    NUMBER: "numbers",
-    FLAG: "true or false",
-    TEXT: "texts",
-}
-"""Words for the kinds of elements."""
 
 REFERRING = ("DIMENSION_LIST", "REFERENCE_LIST")
 """Attributes by which HDF5 ties scales to arrays; they refer to objects and are never read."""
@@ -157,9 +139,8 @@ class Checker:
         chunked = made.get_layout() == h5d.CHUNKED
         if chunked and math.prod(made.get_chunk()) * width > self._left:
             raise Unfit(f"{place} is stored in pieces that are too large")
-        found = kind(datatype, shape)
-        if found != field.kind and not (field.kind == NUMBER and found in (FLOAT, WHOLE)):
-            raise Unfit(f"{place} does not hold {HELD[field.kind]}")
+        if kind(datatype, shape) != field.kind:
+            raise Unfit(f"{place} does not hold {field.kind}")
         if len(field.dimensions) != len(shape):
             raise Unfit(f"{place} has {len(shape)} dimensions, not {len(field.dimensions)}")
         for dimension, n in zip(field.dimensions, shape, strict=True):

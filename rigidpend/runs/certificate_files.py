@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.data import Data, Layout, Loaded, text, whole
+from rigidpend.machine import files
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -83,7 +85,7 @@ def read(path: Path) -> Loaded:
         if count > most:
             said = "steps" if what == "half_lengths" else "coefficients"
             claim = f"{count} {said}, and a certificate of {length} bytes has {most} at most"
-            raise store.StoreError.of(path, claim)
+            raise files.StoreError.of(path, claim)
     return loaded
 
 
@@ -92,22 +94,20 @@ def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
     for place, found in outline.items():
         # Names in brackets are of the outline, not of the file.
         told = {name: x for name, x in found.items() if not name.startswith("(")}
+        expected: Mapping[str, Any] = {}
         match place.split("/")[1:]:
             case ["provenance"]:
                 continue
             case [""]:
                 expected = {"format": told.get("format"), "format_version": store.FORMAT_VERSION}
             case ["config"]:
-                expected = {"units": "", "description": "resolved config, JSON"}
+                expected = store.OF_CONFIG.meaning
             case ["data", _, name]:
-                field = {**FIELDS, **PROOF}[name]
-                expected = {"units": field.units, "description": field.description}
-            case _:
-                expected = {}
+                expected = {**FIELDS, **PROOF}[name].meaning
         if told != expected:
             wrong = min(key for key in {*told, *expected} if told.get(key) != expected.get(key))
             said = f"{place}: its attribute {wrong} is not a certificate's"
-            raise store.StoreError.of(path, said)
+            raise files.StoreError.of(path, said)
 
 
 def beside(result: Path) -> Loaded | None:
@@ -135,19 +135,21 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
     return {**result, "data": data}
 
 
-def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
-    """Sentences on symbols that a result calls certain and that are proven to be others."""
+def contradictions(result: Loaded, certificate: Loaded) -> list[Difference]:
+    """Symbols that a result calls certain and that are proven to be others, the stored ones."""
     if not _same_problem(result, certificate):
-        return ["config: the certificate is of another problem; prove this one, or remove it"]
+        other = ": the certificate is of another problem; prove this one, or remove it"
+        return [Difference("config", certificate["config"], result["config"], words=other)]
     found = []
     for name, proof, group in _pairs(result, certificate):
+        proven, codes, certain = proof["codes"], *(_columns(group[x]) for x in ("codes", "certain"))
         if unlike := _unlike(proof, group):
-            found.append(f"{name}: the certificate is of {unlike}")
+            words = f": the certificate is of {unlike}"
+            found.append(Difference(name, proven.shape, codes.shape, words=words))
             continue
-        codes, certain = _columns(group["codes"]), _columns(group["certain"])
-        held = (proof["codes"] != NO_SYMBOL) & certain
-        for symbol, column in np.argwhere(held & (proof["codes"] != codes)):
-            found.append(f"{name}: symbol {symbol + 1} of column {column} is proven to be another")
+        for at in map(tuple, np.argwhere((proven != NO_SYMBOL) & certain & (proven != codes))):
+            words = f": symbol {at[0] + 1} of column {at[1]} is proven to be another"
+            found.append(Difference(name, proven[at], codes[at], words=words))
     return found
 
 
@@ -243,7 +245,7 @@ def unpacked(group: Data) -> list[list[Step]]:
         ("digits are not as many as their widths say", group["digits"].size, widths.sum()),
     ):
         if found != expected:
-            raise store.StoreError(f"{what}: {found}, not {expected}")
+            raise files.StoreError(f"{what}: {found}, not {expected}")
     content, ends = group["digits"].astype(np.uint8).tobytes(), widths.cumsum().tolist()
     places = zip([0, *ends], ends, strict=False)
     each = (int.from_bytes(content[a:b], "little", signed=True) for a, b in places)
@@ -259,5 +261,5 @@ def _whole(values: Any, what: str, least: int, most: int) -> Any:
     # Compared before the cast, which would let large unsigned numbers wrap around.
     if values.size and not (least <= values.min() and values.max() <= most):
         wrong = values[(values < least) | (values > most)][0]
-        raise store.StoreError(f"the {what} is {wrong}, not {least} to {most}")
+        raise files.StoreError(f"the {what} is {wrong}, not {least} to {most}")
     return values.astype(np.int64)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,6 +16,7 @@ from rigidpend.config import validation
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece, Routes
 from rigidpend.experiments.data import Data, Loaded, Tree
+from rigidpend.machine import files
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.wording import counted, short
@@ -86,7 +86,7 @@ def certify(
     routes = orbits(config, folder)
     file = storage.certificate_of(folder / f"{config.name}.h5")
     stated, code = _stated(config.content), code_hash_of(Path(codes.__file__))
-    texts = {name: [_text(x) for x in phases] for name, (_, phases) in routes.items()}
+    texts = {name: [x.shortest.text for x in phases] for name, (_, phases) in routes.items()}
     if not force and file.exists():
         stored = storage.read(file)
         of = stored["config"], stored["provenance"].get("code_hash")
@@ -94,9 +94,8 @@ def certify(
         if (*of, at) == (stated, code, texts):
             report(f"{file} is up to date; certify --check {file} proves it again")
             return summaries(stored["data"])
-    store.prepare(file)
+    files.prepare(file)
     reasons: dict[str, list[str]] = {}
-    crew = Counter[str]()
     # Parts are stored under a hash of all that they depend on: those of other orbits or of other
     # code do not count.
     parts = Parts(file, provenance.config_hash({"of": stated, "at": texts, "code": code}))
@@ -108,11 +107,11 @@ def certify(
         )
         proofs = parts.in_order(pieces)
         if scheduler:
-            given = config.experiment, "taylor", parts, pieces, report, crew
+            given = config.content.experiment, "taylor", parts, pieces, report
             proofs = cluster.computed(scheduler, *given)
         data[name] = _joined(proofs, name, len(phases), report)
         reasons[name] = [x.decode() for x in data[name]["reason"]]
-    made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
+    made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(parts.crew)
     store.write(file, storage.LAYOUT, data, {}, stated, made)
     # Not before the whole file is written: a stop until then loses one part at most.
     parts.drop()
@@ -126,8 +125,8 @@ def orbits(config: LoadedConfig, folder: Path) -> Routes:
     ConfigError where there are none or too many; Absent where a stored result is needed to tell
     them, and there is none.
     """
-    computation: Any = experiments.computation(config.experiment)
-    refused = f"the experiment {config.experiment} has no route codes to prove"
+    computation: Any = experiments.computation(config.content.experiment)
+    refused = f"the experiment {config.content.experiment} has no route codes to prove"
     if hasattr(computation, "orbits"):
         source = folder / f"{config.name}.h5"
         found = computation.orbits(config.content, lambda: store.load(source)["data"])
@@ -146,16 +145,16 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         return [Theorem(orbit_proofs.check(file, jobs, report))]
     if not storage.is_certificate(file):
         config = loading.load(file)
-        computation: Any = experiments.computation(config.experiment)
+        computation: Any = experiments.computation(config.content.experiment)
         if not hasattr(computation, "theorems"):
             told = "neither a certificate, which rigidpend certify writes, nor"
-            raise store.StoreError(f"{file}: {told} a result with a proof")
+            raise files.StoreError(f"{file}: {told} a result with a proof")
         data = store.load(file)["data"]
         try:
             return [Theorem(x) for x in computation.theorems(config.content, data)]
         # The file may be anybody's: its arrays need not describe sets or steps.
         except (ArithmeticError, ValueError) as doubt:
-            raise store.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None
+            raise files.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None
     stored = storage.read(file)
     for name, (problem, phases) in _routes(file, stored).items():
         place, group = f"{file}: {name}", stored["data"][name]
@@ -164,8 +163,8 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
             # Of all that the file says only its config and its steps are used for the proof; its
             # symbols are then compared with what that proves.
             steps = storage.unpacked(group)
-        except store.StoreError as error:
-            raise store.StoreError(f"{place}: {error}") from None
+        except files.StoreError as error:
+            raise files.StoreError(f"{place}: {error}") from None
         found = codes.checked_codes(problem, phases, steps, jobs)
         _compare(place, group["codes"], found)
         proven = int((group["codes"] != NO_SYMBOL).sum())
@@ -212,20 +211,20 @@ def _routes(file: Path, stored: Loaded) -> Routes:
         found = dict(computation.orbits(content, partial(_centres, stored["data"])))
     except ValidationError as error:
         said = short(validation.told(error.errors()))
-        raise store.StoreError(f"{file}: its config: {said}") from None
+        raise files.StoreError(f"{file}: its config: {said}") from None
     # The file may be anybody's: what is no config ends in one of these errors.
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError) as error:
-        raise store.StoreError(f"{file}: its config cannot be used: {short(error)}") from None
+        raise files.StoreError(f"{file}: its config cannot be used: {short(error)}") from None
     except ValueError as error:
-        raise store.StoreError(f"{file}: its config: {short(error)}") from None
+        raise files.StoreError(f"{file}: its config: {short(error)}") from None
     if lacking := sorted(found.keys() - stored["data"].keys()):
-        raise store.StoreError(
+        raise files.StoreError(
             f"{file}: {lacking[0]}: its config asks for this array, which is missing"
         )
     if more := sorted(stored["data"].keys() - found.keys()):
-        raise store.StoreError(f"{file}: {more[0]}: its config does not ask for this array")
+        raise files.StoreError(f"{file}: {more[0]}: its config does not ask for this array")
     if sum(len(phases) for _, phases in found.values()) > MOST_ORBITS:
-        raise store.StoreError(f"{file}: its config asks for more than {MOST_ORBITS} orbits")
+        raise files.StoreError(f"{file}: its config asks for more than {MOST_ORBITS} orbits")
     return found
 
 
@@ -239,16 +238,18 @@ def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact
     shape = (problem.n_symbols, len(phases))
     if group["codes"].shape != shape:
         asked = f"{counted(shape[0], 'symbol')} of {counted(shape[1], 'orbit')}"
-        raise store.StoreError(f"{place}: codes: its config asks for {asked}")
+        raise files.StoreError(f"{place}: codes: its config asks for {asked}")
     for column, (said, phase) in enumerate(zip(group["theta2_0"], phases, strict=True)):
         if not _same(str(said), phase):
             told = f"theta2_0 of column {column} is {short(said, 60)}"
-            raise store.StoreError(f"{place}: {told}, and its config asks for {_text(phase)}")
+            raise files.StoreError(
+                f"{place}: {told}, and its config asks for {phase.shortest.text}"
+            )
 
 
 def _same(text: str, phase: Exact) -> bool:
     """True if a text says a phase; irrational ones are compared to thousands of bits."""
-    if text == _text(phase):
+    if text == phase.shortest.text:
         return True
     try:
         apart = exact(text) - phase
@@ -267,7 +268,7 @@ def _pieces(
     some = {k: [phases[i] for i in range(k, min(k + at_once, len(phases)))] for k in starts}
     # The name tells how many orbits, because another run may prove more or fewer at a time.
     return [
-        Piece(f"{name}.{k:08d}.{len(few)}", _part, (problem, few, jobs, report))
+        Piece(f"{name}.{k:08d}.{len(few)}", partial(_part, problem, few, jobs, report))
         for k, few in some.items()
     ]
 
@@ -289,16 +290,11 @@ def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Rep
         found._asdict()
         | storage.packed(found.steps)
         | {
-            "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
+            "theta2_0": np.array([phase.shortest.text.encode() for phase in phases], dtype=bytes),
             "reason": np.array([reason.encode() for reason in found.reason], dtype=bytes),
         }
     )
     return {name: told[name] for name in OF_PART}
-
-
-def _text(phase: Exact) -> str:
-    """A text that says a phase exactly, the shortest one if it is rational."""
-    return phase.text if phase.fraction is None else exact(phase.fraction).text
 
 
 def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
@@ -308,4 +304,4 @@ def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
         row, column = wrong[0]
         told = f"codes in row {row + 1} of column {column}"
         why = f": {found.reason[column]}" if found.reason[column] else ""
-        raise store.StoreError(f"{place}: its steps do not prove {told}{why}")
+        raise files.StoreError(f"{place}: its steps do not prove {told}{why}")

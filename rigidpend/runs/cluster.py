@@ -15,7 +15,6 @@ import platform
 import socket
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
@@ -78,23 +77,22 @@ def computed(
     parts: Parts,
     pieces: Sequence[Piece],
     report: Callable[[str], None],
-    crew: Counter[str],
 ) -> Iterator[Tree]:
     """Let a cluster compute the parts that are not stored yet, then yield all parts in order.
 
     Functions and arguments of pieces go to other machines, pickled; each part is stored as soon as
-    it arrives, and `crew` counts the parts of each worker. The engine is empty for closed forms.
+    it arrives, and counted for its worker. The engine is empty for closed forms.
     WorkerError if the scheduler does not answer, or if a worker has another version, lacks a
     library or memory, or dies repeatedly.
     """
     missing = [piece for piece in pieces if not parts.has(piece.name)]
     if len(missing) < len(pieces):
         # Added, because an experiment with several arrays comes here for each of them.
-        crew["an earlier run, by the same code and engine"] += len(pieces) - len(missing)
+        parts.crew["an earlier run, by the same code and engine"] += len(pieces) - len(missing)
     if missing:
         for tree, name, worker in gathered(address, experiment, engine, missing, report):
             parts.keep(name, lambda: tree)  # noqa: B023
-            crew[worker] += 1
+            parts.crew[worker] += 1
     # Read from disk one at a time: memory never holds all of them.
     return parts.in_order(pieces)
 

@@ -21,12 +21,10 @@ from rigidpend.config.overrides import Setting
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import WRITTEN, ExperimentConfig
 from rigidpend.numbers import expressions
-from rigidpend.orbits.integrate import arithmetic
+from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic, resolve
 from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
-
-__all__ = ["ConfigError", "LoadedConfig", "load", "load_swept", "resolved_yaml"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,6 @@ class LoadedConfig:
     """A checked config and the name under which its results are stored."""
 
     name: str
-    experiment: str
     content: ExperimentConfig
     """Instance of the experiment's schema."""
 
@@ -48,10 +45,10 @@ class LoadedConfig:
         return provenance.config_hash(self.resolved())
 
     @property
-    def engine(self) -> str:
-        """Engine that computes the config; empty if it integrates nothing."""
+    def arithmetic(self) -> Arithmetic:
+        """Arithmetic that computes the config, resolved; that of closed forms without numerics."""
         asked = self.content.numerics_asked
-        return (asked["engine"] or arithmetic.DEFAULT_ENGINE) if asked else ""
+        return resolve(**asked) if asked else CLOSED_FORM
 
 
 def resolved_yaml(config: LoadedConfig) -> str:
@@ -73,7 +70,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     return found
 
 
-def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> LoadedConfig:
+def _checked(path: Path, document: Document, settings: Sequence[Setting]) -> ExperimentConfig:
     """Check a config that was read, with settings, each with its origin."""
     overrides.check_free(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
@@ -85,8 +82,7 @@ def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> Load
         except ConfigError as error:
             found += error.complaints
     try:
-        experiment = _experiment(document)
-        model = experiments.schema(experiment)
+        model = experiments.schema(_experiment(document))
         content = model.model_validate(document.tree)
     except ConfigError as error:
         found += error.complaints
@@ -94,7 +90,7 @@ def _loaded(path: Path, document: Document, settings: Sequence[Setting]) -> Load
         found += validation.complaints(document, model, error.errors())
     if found:
         raise ConfigError(sorted(found, key=lambda x: (x.origin.line or 0, x.origin.column or 0)))
-    return LoadedConfig(path.stem, experiment, content)
+    return content
 
 
 def load_swept(
@@ -127,7 +123,7 @@ def _swept(
     # Read once, because all members of a sweep share the file.
     members = _together(
         [
-            partial(_loaded, path, copy.deepcopy(document), [*settings, *swept])
+            partial(_checked, path, copy.deepcopy(document), [*settings, *swept])
             for swept in every.values()
         ],
         [path.stem] * len(every),
@@ -135,9 +131,11 @@ def _swept(
     # Only the ending is checked: the name of the file itself may be any.
     for ending in every if sweeps else ():
         overrides.check_name(ending, Origin("sweep"))
-    names = [f"{name or path.stem}{ending}" for ending in every]
-    found = [replace(x, name=n) for x, n in zip(members, names, strict=True)]
-    return _titled(path, found, changed=bool(settings or sweeps))
+    changed = bool(settings or sweeps)
+    return [
+        LoadedConfig(f"{name or path.stem}{ending}", _titled(path, content, changed=changed))
+        for ending, content in zip(every, members, strict=True)
+    ]
 
 
 def _together(calls: Sequence[Callable[[], Result]], names: Sequence[str]) -> list[Result]:
@@ -172,16 +170,11 @@ def _read(path: Path) -> Document:
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 
-def _titled(path: Path, configs: list[LoadedConfig], *, changed: bool) -> list[LoadedConfig]:
-    """Remove the name of a figure of the paper from configs with another problem."""
+def _titled(path: Path, content: ExperimentConfig, *, changed: bool) -> ExperimentConfig:
+    """A config without the name of a figure of the paper, if its problem is another one."""
     shipped = tuple(catalogue.shipped())
-    if path.resolve() in shipped and not changed:
-        return configs
-    return [replace(each, content=_of_its_figure(each.content, shipped)) for each in configs]
-
-
-def _of_its_figure(content: ExperimentConfig, shipped: tuple[Path, ...]) -> ExperimentConfig:
-    if not content.of_the_paper or content.problem in _problems(content.figure, shipped):
+    own = path.resolve() in shipped and not changed
+    if own or not content.of_the_paper or content.problem in _problems(content.figure, shipped):
         return content
     return content.model_copy(update={"figure": ""})
 

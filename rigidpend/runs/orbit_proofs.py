@@ -16,8 +16,9 @@ from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.config import validation
-from rigidpend.experiments.data import WHOLE, Field
+from rigidpend.experiments.data import whole
 from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
+from rigidpend.machine import files
 from rigidpend.machine.wording import counted, short
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.checked import ParameterError
@@ -47,7 +48,7 @@ LAYOUT = {
     "sets": {name: QUADS[name] for name in ("rising", "a", "b", "l0", "l1", "p")},
     "line": {name: LINE[name] for name in ("e1", "e2", "centre", "half")},
     "energies": {name: ENERGIES[name] for name in ("shift", "spread")},
-    "proof": {**PROOF, "family": Field(WHOLE, ("steps",), "1", "0: the line; k: the k-th set")},
+    "proof": {**PROOF, "family": whole("1", "0: the line; k: the k-th set", "steps")},
 }
 
 
@@ -55,7 +56,7 @@ def prepare(file: Path) -> None:
     """Refuse a file to which no proof can be written: ParameterError for its name, StoreError."""
     if not is_proof(file):
         raise ParameterError("proof", f"{file}: the name of a proof ends in {SUFFIX}")
-    store.prepare(file, "choose another file with --proof")
+    files.prepare(file, "choose another file with --proof")
 
 
 def prove(
@@ -125,7 +126,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
         [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
         low, high = sections.phases(numbers, line, begin)
     except (ValueError, Undecided) as error:
-        raise store.StoreError(f"{file}: not proven: {short(error)}") from None
+        raise files.StoreError(f"{file}: not proven: {short(error)}") from None
     return (
         f"one of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
         f" {sections.words_on_phases(low, high)}"
@@ -192,6 +193,6 @@ def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:
         )
         return content.problem, content.problem.J1_0.fraction
     except ValidationError as error:
-        raise store.StoreError(f"{file}: {short(validation.told(error.errors()))}") from None
+        raise files.StoreError(f"{file}: {short(validation.told(error.errors()))}") from None
     except (KeyError, TypeError) as error:
-        raise store.StoreError(f"{file}: its config lacks {short(error)}") from None
+        raise files.StoreError(f"{file}: its config lacks {short(error)}") from None

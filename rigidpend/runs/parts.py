@@ -6,6 +6,7 @@ import contextlib
 import json
 import re
 import shutil
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import methodcaller
 from pathlib import Path
@@ -37,6 +38,8 @@ class Parts:
         self._whole = _folder(target)
         self._fingerprint = fingerprint
         self._folder = self._whole / cache.name_of(fingerprint.encode())
+        self.crew = Counter[str]()
+        """The number of parts that each worker of a cluster has computed."""
 
     def __len__(self) -> int:
         return len(list(self._folder.glob("*.kept")))

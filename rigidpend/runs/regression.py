@@ -29,7 +29,7 @@ def verify(
     fresh: Path | None = None,
     certificate: Loaded | None = None,
     report: Callable[[str], None] = tell_nobody,
-) -> list[str]:
+) -> list[Difference]:
     """Differences by value of a stored result, the reference, from a fresh one.
 
     The fresh result is read, or computed if none is given. Differences of structure come first,
@@ -46,13 +46,13 @@ def verify(
         new, fresh_outline = store.load_outlined(fresh)
     configs = old["config"], new["config"]
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
-    found: list[str] = [*compare.outlines(outline, fresh_outline, same_numerics=same_numerics)]
+    found = compare.outlines(outline, fresh_outline, same_numerics=same_numerics)
     was, is_ = ({key: x for key, x in one.items() if key != "numerics"} for one in configs)
     changed = writer.changes(was, is_)
     found += [Difference(f"config/{key.replace('.', '/')}", *x) for key, x in changed.items()]
     # Values are compared object by object, which needs equal structures.
     if outline.keys() == fresh_outline.keys():
-        layout = experiments.layout(config.experiment)
+        layout = experiments.layout(config.content.experiment)
         try:
             found += compare.differences(layout, old["data"], new["data"])
         # A file may hold any values, which may raise any of these in a comparison.
@@ -68,7 +68,7 @@ def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None
     """Compute a reference again; its attribute `reasons` gets this reason after earlier ones."""
     before: list[str] = []
     # An absent or damaged reference is renewed too; it has no earlier reasons.
-    with contextlib.suppress(store.StoreError):
+    with contextlib.suppress(files.StoreError):
         before = list(store.attributes(target).get("reasons", []))
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     planned = plan(config, target.parent, force=True)

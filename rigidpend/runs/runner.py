@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.machine import files
+from rigidpend.machine import files, wording
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
 from rigidpend.runs import provenance
@@ -66,8 +65,8 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
         raise StoreError(f"{target}: {message}; choose another with --name")
     fingerprint = {
         "config_hash": config.config_hash,
-        "code_hash": provenance.code_hash(config.experiment),
-        "engine": provenance.engine_name(config.engine),
+        "code_hash": provenance.code_hash(config.content.experiment),
+        "engine": provenance.engine_name(config.arithmetic.engine),
     }
     known: Mapping[str, Any] = {}
     if force:
@@ -109,17 +108,13 @@ def _compared(
     return known, "; ".join(reasons.values())
 
 
-def expected_seconds(planned: Plan) -> float | None:
-    """Estimate of the seconds that a plan takes to compute; None without any estimate.
+def expected_seconds(planned: Plan) -> float:
+    """Estimate of the seconds that a plan takes to compute; 0 without any estimate.
 
     It is the time that an existing result of the same config took, on any machine, or else the
     experiment's own estimate.
     """
-    if planned.seconds:
-        return planned.seconds
-    if not planned.reason:
-        return None
-    return experiments.cost(planned.config.experiment, planned.config.content)
+    return planned.seconds or experiments.cost(planned.config.content)
 
 
 def follow(
@@ -153,44 +148,41 @@ def run(
     be computed or written: finished parts stay stored.
     """
     from rigidpend.experiments.contract import Means, Piece
-    from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
     from rigidpend.results import store
 
     config, content = planned.config, planned.config.content
-    store.prepare(planned.target)
+    files.prepare(planned.target)
     parts = Parts(planned.target, json.dumps(planned.fingerprint))
     with ThreadPoolExecutor(1) as aside, listening(report) as tell:
         # Git is asked in a thread while the experiment is computed.
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
-            tell(f"continues from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+            tell(f"continues from {wording.counted(len(parts), 'finished part')}")
         check_stop()
-        asked = content.numerics_asked
-        arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM
-        chosen = {key: x for key, x in arithmetic._asdict().items() if key in {*asked} - {"engine"}}
-        crew = Counter[str]()
+        arithmetic, asked = config.arithmetic, {*content.numerics_asked} - {"engine"}
+        chosen = {key: x for key, x in arithmetic._asdict().items() if key in asked}
         pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(parts.in_order, jobs=jobs)
         if scheduler is not None:
             from rigidpend.runs import cluster
 
-            cluster_of = scheduler, config.experiment, config.engine, parts
-            pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
+            cluster_of = scheduler, content.experiment, arithmetic.engine, parts
+            pieces = partial(cluster.computed, *cluster_of, report=tell)
         # On a cluster each thread of a worker has a piece of its own, and a piece has one job.
-        away, computation = scheduler is not None, experiments.computation(config.experiment)
+        away, computation = scheduler is not None, experiments.computation(content.experiment)
         if away and not getattr(computation, "PIECES", False):
-            whole = Piece("whole", computation.compute, (content, Means(arithmetic)))
+            whole = Piece("whole", partial(computation.compute, content, Means(arithmetic)))
             [data] = pieces([whole])
         else:
             means = Means(arithmetic, 1 if away else jobs, tell, pieces, parts.has)
             data = computation.compute(content, means)
-        layout = experiments.layout(config.experiment)
+        layout = experiments.layout(content.experiment)
         # Data that come in blocks are computed now.
         with store.image(layout, data) as file:
             attributes: dict[str, Any] = {
                 "name": config.name,
                 "figure": content.figure,
-                "experiment": config.experiment,
+                "experiment": content.experiment,
                 **planned.fingerprint,
                 **chosen,
                 DOUBT: doubt(layout, data),
@@ -199,7 +191,7 @@ def run(
             }
             # A signal may have ended Git or a worker, and so have spoilt the provenance or data.
             check_stop()
-            made = told.result() | provenance.of_workers(crew)
+            made = told.result() | provenance.of_workers(parts.crew)
             store.finish(file, planned.target, attributes, config.resolved(), made)
         # Parts are dropped last: a failure before this line leaves them for the next run.
         parts.drop()

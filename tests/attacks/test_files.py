@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from rigidpend import render
+from rigidpend.machine import files
 from rigidpend.machine.files import sealed, unsealed
 from rigidpend.results import damage, store
 from tests.attacks import lot
@@ -249,7 +250,7 @@ def test_an_attack_is_a_sentence_or_a_figure(
     begun = spent()
     try:
         result = store.load(path)
-    except store.StoreError as error:
+    except files.StoreError as error:
         said = str(error)
         assert spent() - begun < SECONDS
         assert said.startswith(f"{path}: ")
@@ -318,7 +319,7 @@ def read(kind: str, folder: Path) -> tuple[list[tuple[str, float]], float]:
             begun, said = spent(), ""
             try:
                 store.load(path)
-            except store.StoreError as error:
+            except files.StoreError as error:
                 said = str(error) or "nothing was said\n"
             found.append((said, spent() - begun))
     return found, max(peaks())

@@ -96,8 +96,11 @@ def test_the_proof_of_a_result_is_written_beside_it(swept: Path, tmp_path: Path)
     file = tmp_path / "mine_mu=1e-2.certificate.h5"
     symbol = store.load(tmp_path / "mine_mu=1e-2.h5")["data"]["only"]["codes"][1, 0]
     altered(file, file, lambda opened: opened["data/only/codes"].__setitem__((1, 0), 1 - symbol))
-    done = call(swept, "verify", by_file, "--results", str(tmp_path))
-    assert (done.returncode, "symbol 2 of column 0" in done.stdout) == (1, True)
+    done = call(swept, "verify", by_file, "--results", str(tmp_path), "--json")
+    [[found]] = [one["differences"] for one in json.loads(done.stdout)["results"]]
+    assert (done.returncode, "symbol 2 of column 0" in found["said"]) == (1, True)
+    parts = ("only", str(1 - symbol), str(symbol))
+    assert (found["place"], found["stored"], found["computed"]) == parts
 
 
 def test_zeros_have_no_sign(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from unittest.mock import Mock
 import pytest
 
 from rigidpend.cli import common, run
-from rigidpend.machine import progress, workers
+from rigidpend.machine import files, progress, workers
 from rigidpend.orbits.integrate.arithmetic import EngineError
 from rigidpend.results import store
 from rigidpend.runs import runner
@@ -76,7 +76,7 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_worst_failure_is_the_exit_code(failing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    errors = store.StoreError("x"), EngineError("x"), store.StoreError("x")
+    errors = files.StoreError("x"), EngineError("x"), files.StoreError("x")
     monkeypatch.setattr(runner, "plan", Mock(side_effect=errors))
     done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k")
     assert done.returncode == common.ABSENT
@@ -99,7 +99,7 @@ def test_a_terminal_has_one_line_that_changes_and_keeps_none_of_what_failed(
             assert time.monotonic() < deadline
             time.sleep(0.01)
         if planned.config.name == "b":
-            raise store.StoreError("no room")
+            raise files.StoreError("no room")
         return ""
 
     monkeypatch.setattr(runner, "run", run)

@@ -21,7 +21,7 @@ from click.testing import CliRunner
 from rigidpend.cli import common
 from rigidpend.config.catalogue import with_remedy
 from rigidpend.experiments import UnknownExperiment
-from rigidpend.machine import workers
+from rigidpend.machine import files, workers
 from rigidpend.machine.files import Absent, StoreError
 from rigidpend.machine.workers import WorkerError
 from rigidpend.numbers.checked import ParameterError
@@ -182,7 +182,7 @@ OF_OURS = (
         (Absent("x"), 3, "x"),
         (arithmetic.EngineError("x"), 3, "x"),
         (ModuleNotFoundError("x", name="dask"), 3, "dask is needed and not installed"),
-        *((kind("x"), 1, "x") for kind in (store.StoreError, store.OtherVersion, WorkerError)),
+        *((kind("x"), 1, "x") for kind in (files.StoreError, store.OtherVersion, WorkerError)),
         *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Undecided, Ours)),
         (UnknownExperiment("x"), 1, "x"),
         (OSError(28, "no room"), 1, "no room"),

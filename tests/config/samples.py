@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import pytest
 
-from rigidpend.config.complaints import Complaint
+from rigidpend.config.complaints import Complaint, ConfigError
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.runs import loading
 
@@ -81,7 +81,7 @@ def complaint(path: Path, text: str, at: str | int, place: str, message: str) ->
 
 def refused(path: Path, settings: Sequence[str] = ()) -> list[Complaint]:
     """The complaints with a config, which must be some; the error's text must hold all of them."""
-    with pytest.raises(loading.ConfigError) as caught:
+    with pytest.raises(ConfigError) as caught:
         loading.load(path, settings)
     assert caught.value.complaints
     assert str(caught.value) == "\n".join(map(str, caught.value.complaints))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.config import catalogue
-from rigidpend.runs.loading import ConfigError
+from rigidpend.config.complaints import ConfigError
 from tests.config.samples import FIG4, SMALL, TEXT, written
 
 

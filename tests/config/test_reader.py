@@ -153,7 +153,7 @@ def test_a_caret_stands_below_wide_characters_and_tabs(text: str, blanks: str) -
 
 def test_many_faults_are_counted(tmp_path: Path) -> None:
     text = TEXT + "".join(f"key{i}: 1\n" for i in range(100))
-    with pytest.raises(loading.ConfigError) as caught:
+    with pytest.raises(ConfigError) as caught:
         loading.load(written(tmp_path, text))
     assert len(caught.value.complaints) == 100
     assert str(caught.value).endswith("\nand 80 more")

@@ -7,15 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.compare import (
-    differences,
-    modulo,
-    of_field,
-    of_largest,
-    relative,
-    stated,
-)
-from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.compare import differences, modulo, of_largest, relative, stated
+from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Field, Layout, held
 
 LAYOUT: Layout = {
     "a": {
@@ -23,10 +16,14 @@ LAYOUT: Layout = {
         "n": Field(WHOLE, (2,)),
         "how": Field(WHOLE, within=ANY),
         "e": Field(FLOAT, (2,), within=stated(0.2)),
+        # Infinite, so that nothing is compared, where a fresh result states none.
+        "s": Field(
+            FLOAT, (2,), within=stated(lambda name, _, x: np.where(x[name] == x[name], 0.2, np.inf))
+        ),
         "r": Field(FLOAT, (2,), within=relative(0.1)),
         "m": Field(FLOAT, (2,), within=of_largest(0.1)),
         "l": Field(FLOAT, (2,), within=of_largest(0.1, least=10.0)),
-        "f": Field(FLOAT, (2,), within=of_field("scale", 0.1)),
+        "f": Field(FLOAT, (2,), within=relative(0.1, to="scale")),
         "p": Field(FLOAT, (2,), within=modulo(4.0, lambda name, stored, fresh: 0.1)),
         "c": Field(WHOLE, (2,), within=lambda name, stored, fresh: np.array([0, np.inf])),
     },
@@ -44,6 +41,7 @@ def tree() -> dict[str, Any]:
             "n": np.array([1, 2]),
             "how": np.array(1),
             "e": np.array([0.1, np.nan]),
+            "s": np.array([0.1, 0.1]),
             **{name: two.copy() for name in "rmlfp"},
             "c": np.array([1, 2]),
         },
@@ -67,6 +65,8 @@ def tree() -> dict[str, Any]:
         ("e", (0,), np.nan, "a/e[0]: stored True, computed False"),
         ("e", (1,), 0.1, "a/e[1]: stored False, computed True"),
         ("e", (1,), np.inf, "a/e[1]: stored False, computed True"),
+        ("s", (0,), np.nan, None),
+        ("s", (1,), 0.25, "a/s[1]: 0.25 is stated, at most 0.2 is declared"),
         ("r", (0,), 1.0625, None),
         ("r", (0,), 1.25, "a/r[0]: stored 1, computed 1.25 (may differ by 0.1)"),
         ("r", (1,), -4.25, None),
@@ -89,6 +89,14 @@ def test_what_differs_by_more_than_is_declared_is_named(
     fresh = tree()
     fresh["a"][name][index] = value
     assert differences(LAYOUT, tree(), fresh) == ([said] if said else [])
+
+
+def test_the_bound_of_a_layout_is_that_of_all_doubles_which_declare_none() -> None:
+    """In a group inside a group too, and of nothing but doubles."""
+    found: Any = held(0.5, LAYOUT)
+    assert [found["scale"].within, found["of"]["<any>"]["y"].within] == [0.5, 0.5]
+    assert {name: x for name, x in found["a"].items() if x.within != 0.5} == LAYOUT["a"]
+    assert found["b"] == LAYOUT["b"]
 
 
 def test_a_text_that_changed_and_another_shape_are_found() -> None:

@@ -11,7 +11,7 @@ from rigidpend import experiments
 from rigidpend.config import catalogue
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import FLAG, FLOAT, NUMBER, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
 from rigidpend.runs import loading
 
 NAMES = experiments.names()
@@ -38,7 +38,7 @@ def test_every_experiment_offers_what_the_contract_says(name: str) -> None:
     declared = dict(fields(experiments.layout(name)))
     assert declared
     for field, node in declared.items():
-        assert node.kind in {FLOAT, WHOLE, FLAG, TEXT, NUMBER}
+        assert node.kind in {FLOAT, WHOLE, FLAG, TEXT}
         if field not in OWN.get(name, ()):
             assert node.description, field
             assert node.units or node.kind == TEXT, field
@@ -89,7 +89,7 @@ ROWS = {
 
 def described(name: str, *settings: str) -> dict[str, Row]:
     loaded = loading.load(KNOWN[name], settings)
-    rows = experiments.describe(loaded.experiment, loaded.content)
+    rows = experiments.describe(loaded.content)
     assert len({row.name for row in rows}) == len(rows)
     return {row.name: row for row in rows}
 

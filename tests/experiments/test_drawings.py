@@ -274,7 +274,7 @@ def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_r
     assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
     result = store.load(STORED["asymptotic_surfaces"])
     change(result["data"])
-    [table] = experiments.tables("asymptotic_surfaces", result)
+    [table] = experiments.tables(result)
     assert {row[-1] for row in table.rows} == {"7.98e-06"}
 
 

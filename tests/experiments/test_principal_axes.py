@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments import principal_axes
-from rigidpend.experiments.principal_axes import heyoka, offers, typed, working_type
+from rigidpend.experiments.principal_axes import heyoka, typed, working_type
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
@@ -97,7 +97,7 @@ def by_heyoka() -> Any:
 @pytest.mark.slow
 @pytest.mark.parametrize("bits", [113, 212, 224])
 def test_fours_of_doubles_and_integers_agree_with_real128(bits: int) -> None:
-    if not offers(113):
+    if not working_type(113):
         pytest.skip("no real128 here")
     found = states_at(ORBIT.coefficients, ORBIT.states, TIMES, bits)[..., 0].T
     off = np.abs(found - by_heyoka())
@@ -109,7 +109,7 @@ def test_fours_of_doubles_and_integers_agree_with_real128(bits: int) -> None:
 @needs_heyoka("it is compared with")
 @pytest.mark.parametrize("bits", [64, 113])
 def test_numbers_of_its_types_are_given_to_their_last_bit(bits: int) -> None:
-    if not offers(bits):
+    if not working_type(bits):
         pytest.skip(f"no type of {bits} bits here")
     made, whole = working_type(bits), 1 + Fraction(1, 2**55) + Fraction(1, 2 ** (bits - 1))
     found = typed(whole, made)

@@ -28,7 +28,7 @@ REFUSED = {
         "bodies.methods=[]": "bodies.methods: expected at least",
         "numerics.engine=scipy": "numerics: unknown key",
     },
-    "exponents": {"problem.n_symbols=11": "n_symbols must be at most 10"},
+    "exponents": {"problem.n_symbols=11": "problem.n_symbols: input should be less"},
     "fig1": {
         "problem.A=[1, 2, 1.5]": "problem.A: A1 > A3 > A2 is broken",
         "problem.heights=[0.5, 1]": "problem.heights: a height |M3|/|M| is more than 0",
@@ -96,7 +96,7 @@ REFUSED = {
         "problem.rows={axis: beta0, ends: [1, 4], count: 4}": "0 <= beta0 <= pi is broken",
         "problem.rows={axis: h0, ends: [1/10000, 2], count: 4}": "h0 > mu",
         "problem.rows.axis=log10_J1": "got 'log10_J1'; did you mean log10_J1_0?",
-        "problem.n_symbols=251": "n_symbols of a plane must be at most 250",
+        "problem.n_symbols=251": "problem.n_symbols: input should be less",
         "problem.theta2_0.count=1": "count",
         "problem.theta2_0.cuont=1": "did you mean count",
         "problem.theta2_0=1": "theta2_0 is one number: give columns",

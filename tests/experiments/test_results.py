@@ -53,7 +53,7 @@ def test_a_result_has_tables_and_differs_neither_from_itself_nor_from_its_file(
     layout = experiments.layout(experiment)
     again = from_file(tmp_path, experiment, result["data"])["data"]
     assert differences(experiment, result["data"], again) == []
-    tables = experiments.tables(experiment, result)
+    tables = experiments.tables(result)
     assert tables
     assert all(table.rows for table in tables)
     assert "A = (2, " in " ".join(captions.bodies(result))

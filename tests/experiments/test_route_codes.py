@@ -67,7 +67,7 @@ def test_orbits_share_the_processes_that_a_run_may_take(
     """And a part of them is decided as all would be."""
     stop = Mock(side_effect=InterruptedError)
     monkeypatch.setattr(route_codes, "codes_of", stop)
-    monkeypatch.setattr(route_codes, "column_cost", lambda *_: 10.1)
+    monkeypatch.setattr(route_codes, "expected_seconds", lambda _, n, *__: 10.1 * n)
     with pytest.raises(InterruptedError):
         result(content, jobs=3)
     assert (len(stop.call_args.args[1]), stop.call_args.args[3]) == (1, 3)
@@ -109,7 +109,7 @@ def test_parts_take_some_seconds_and_are_the_array(
 
     monkeypatch.setattr(route_codes, "LANES", 2)
     monkeypatch.setattr(route_codes, "MOST", 4)
-    monkeypatch.setattr(route_codes, "column_cost", lambda *_: seconds)
+    monkeypatch.setattr(route_codes, "expected_seconds", lambda _, n, *__: seconds * n)
     made = result(content, pieces=pieces)
     assert [len(x["bits"]) for name, x in parts.items() if name.startswith("only.")] == sizes
     np.testing.assert_equal(made["only"]["codes"], data["only"]["codes"])

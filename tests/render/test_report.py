@@ -11,6 +11,7 @@ import pytest
 from rigidpend import experiments, render
 from rigidpend.experiments.asymptotic_surfaces import draw as asymptotic_surfaces
 from rigidpend.experiments.herpolhodes import draw as herpolhodes
+from rigidpend.machine import files
 from rigidpend.machine.wording import Table
 from rigidpend.render import captions, report
 from rigidpend.render.report import DEPARTURES
@@ -123,7 +124,7 @@ ROWS = {
 @pytest.mark.parametrize("name", ROWS)
 def test_each_table_tells_the_numbers_of_the_file(name: str) -> None:
     result = shared_reference(name)
-    tables = experiments.tables(result["attributes"]["experiment"], result)
+    tables = experiments.tables(result)
     for table, expected in zip(tables, ROWS[name], strict=True):
         *whole, last = zip(table.rows[0], expected, strict=False)
         assert all(found == known for found, known in whole)
@@ -137,12 +138,12 @@ def test_pictures_take_little_room_in_the_page() -> None:
 
 
 def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
-    with pytest.raises(store.StoreError, match="no results; call: rigidpend run all"):
+    with pytest.raises(files.StoreError, match="no results; call: rigidpend run all"):
         report.build(report.results(tmp_path))
     target = tmp_path / "report.html"
     target.write_text("old")
     (tmp_path / "fig1.h5").write_bytes(b"no HDF5")
-    with pytest.raises(store.StoreError):
+    with pytest.raises(files.StoreError):
         report.write(report.results(tmp_path), target)
     assert target.read_text() == "old"
 
@@ -150,7 +151,7 @@ def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_a_page_where_nothing_can_be_written_is_to_be_written_elsewhere(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(store.StoreError, match=r"choose another file with --to$"):
+    with pytest.raises(files.StoreError, match=r"choose another file with --to$"):
         report.write([REFERENCE / "fig2.h5"], tmp_path / "file" / "x.html")
 
 

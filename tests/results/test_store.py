@@ -32,8 +32,9 @@ from rigidpend.experiments.data import (
     Tree,
 )
 from rigidpend.machine import files
+from rigidpend.machine.files import StoreError
 from rigidpend.results import damage, store, structure
-from rigidpend.results.store import OtherVersion, StoreError
+from rigidpend.results.store import OtherVersion
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
 TIMES = np.linspace(0.0, 1.0, 70).reshape(7, 10)
@@ -132,7 +133,7 @@ def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
 
 
 @pytest.mark.parametrize(
-    "act", [store.prepare, lambda path: store.write(path, LAYOUT, TREE, *TOLD)]
+    "act", [files.prepare, lambda path: store.write(path, LAYOUT, TREE, *TOLD)]
 )
 def test_a_file_in_the_place_of_a_folder_is_named(tmp_path: Path, act: Any) -> None:
     (tmp_path / "file").write_text("mine")

@@ -10,8 +10,8 @@ from typing import Any
 
 import h5py
 
+from rigidpend.machine import files
 from rigidpend.machine.progress import tell_nobody
-from rigidpend.results import store
 from rigidpend.runs import certificates
 from scripts import check_certificate
 
@@ -23,7 +23,7 @@ def by_package(file: Path) -> str:
     """What the package refuses a certificate for; empty where it calls it proven."""
     try:
         certificates.check(file, jobs=1, report=tell_nobody)
-    except store.StoreError as error:
+    except files.StoreError as error:
         return str(error)
     return ""
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, certify_codes
+from rigidpend.machine import files
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
@@ -287,9 +288,9 @@ def test_more_than_its_bytes_can_hold_is_refused(
 
 
 def test_more_than_a_prover_takes_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(store.StoreError, match=r"300000 coefficients, .* at most"):
+    with pytest.raises(files.StoreError, match=r"300000 coefficients, .* at most"):
         storage.read(stored(tmp_path, bomb(50, 1000)))
-    with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {ORBIT_STEPS + 1}"):
+    with pytest.raises(files.StoreError, match=f"number of steps of an orbit is {ORBIT_STEPS + 1}"):
         storage.unpacked(bomb(ORBIT_STEPS + 1, 1))
 
 
@@ -305,7 +306,7 @@ def test_numbers_out_of_range_are_refused_with_their_names() -> None:
         ("widths", 1025, "width of a coefficient is 1025"),
     ):
         bad = {**good, name: good[name] * 0 + good[name].dtype.type(wrong)}
-        with pytest.raises(store.StoreError, match=said):
+        with pytest.raises(files.StoreError, match=said):
             storage.unpacked(bad)
     assert len(storage.unpacked(good)[0]) == 2
 

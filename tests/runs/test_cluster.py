@@ -12,8 +12,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -188,9 +188,9 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Those of all arrays together, each of which is asked for by itself."""
-    parts, crew = Parts(tmp_path / "x.h5", "a"), Counter[str]()
+    parts = Parts(tmp_path / "x.h5", "a")
     kept: Tree = {"x": 1.0}
-    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcdefg"]
+    pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcdefg"]
     for piece in pieces[:2]:
         parts.keep(piece.name, lambda: kept)
 
@@ -200,9 +200,9 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
     monkeypatch.setattr(cluster, "gathered", gathered)
     given = "tcp://nowhere:1", "route_map", "taylor", parts
     for array in (pieces[1:5], pieces[:1], pieces[5:]):
-        found = cluster.computed(*given, array, report=tell_nobody, crew=crew)
+        found = cluster.computed(*given, array, report=tell_nobody)
         assert len(list(found)) == len(array)
-    assert crew == {"an earlier run, by the same code and engine": 2, "far": 5}
+    assert parts.crew == {"an earlier run, by the same code and engine": 2, "far": 5}
 
 
 @pytest.mark.slow
@@ -267,7 +267,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
     return found
 
 
-PIECES = [Piece(name, dict, ()) for name in "abcdefghij"]
+PIECES = [Piece(name, dict) for name in "abcdefghij"]
 GATHERED = "tcp://head:8786", "route_map", "taylor", PIECES
 
 
@@ -333,7 +333,10 @@ def test_errors_of_the_cluster_are_sentences(error: Callable[[], Exception], sai
 def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
     """What a worker gives that is asked by a machine with other things."""
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    own, job = cluster.facts_of("route_map", "taylor"), pickle.dumps(Piece("x", work, given))
+    own, job = (
+        cluster.facts_of("route_map", "taylor"),
+        pickle.dumps(Piece("x", partial(work, *given))),
+    )
     return cluster.on_worker("route_map", "taylor", {**own, **other}, job)
 
 

@@ -12,8 +12,8 @@ import h5py
 import numpy as np
 import pytest
 
+from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.results import store
 from rigidpend.routes.certified import coverings, pieces, sections
 from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_coverings, check_series
@@ -56,7 +56,7 @@ def said_by_both(file: Path) -> Iterator[tuple[bool, str]]:
     for check in checks:
         try:
             yield True, str(check())
-        except (store.StoreError, Refused, Fails) as refusal:
+        except (files.StoreError, Refused, Fails) as refusal:
             yield False, str(refusal)
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
-from rigidpend.experiments.compare import stated
-from rigidpend.experiments.data import FLOAT, WHOLE, Field, Layout, double, flag, held, text, whole
+from rigidpend.experiments.compare import of_largest, stated
+from rigidpend.experiments.data import Layout, double, flag, held, text, whole
 from rigidpend.experiments.shared import CODES, MEANING, kept, known
 
 DIGIT = 1e-29
@@ -15,9 +13,9 @@ DIGIT = 1e-29
 SAMPLED = 1e-6
 """Allowed difference of drawn samples: passages before them amplify the rounding of doubles."""
 
-_double, _whole = (partial(Field, kind, ("orbits",)) for kind in (FLOAT, WHOLE))
-_symbols = partial(Field, WHOLE, ("symbols", "orbits"), "1")
-_sample = partial(Field, FLOAT, ("samples",))
+_double, _whole = (partial(kind, dimensions=("orbits",)) for kind in (double, whole))
+_symbols = partial(whole, "1", dimensions=("symbols", "orbits"))
+_sample = partial(double, dimensions=("samples",))
 
 ORBITS = {
     "word": _symbols("symbols: 0 left, 1 right"),
@@ -41,7 +39,7 @@ ORBITS = {
     "moved": _double(
         "rad",
         "theta2_0 by integration less that by the map in doubles",
-        within=stated(lambda stored, _: max(1e-12, 10 * np.abs(stored["moved"]).max(initial=0.0))),
+        within=stated(of_largest(10, least=1e-13)),
     ),
     "error": _double(
         "rad",

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.experiments import plots
 from rigidpend.experiments.asymptotic_orbits import DRAWN, PLANE
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.machine.wording import Column, Table
+from rigidpend.machine.wording import Column, Table, counted
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
@@ -50,7 +50,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def _counted(name: str) -> str:
-    return {"0": "no symbol", "1": "1 symbol"}.get(name, f"{name} symbols")
+    return counted(int(name), "symbol") if int(name) else "no symbol"
 
 
 def _draw_plane(axes: Axes, data: Data) -> None:

@@ -90,5 +90,5 @@ def _curves(name: str) -> dict[str, Field]:
 CURVES = {name: _curves(name) for name in ("S1_minus", "S2_plus")}
 """Fields of each surface; its dimensions have their own names, as numbers of points differ."""
 
-BODY: Layout = {**held(relative(ROUNDING), WINDOW), **CURVES}
-LAYOUT: Layout = {"table": held(relative(ROUNDING), ANGLES), "bodies": {"<bodies>": BODY}}
+BODY: Layout = {**WINDOW, **CURVES}
+LAYOUT = held(relative(ROUNDING), {"table": ANGLES, "bodies": {"<bodies>": BODY}})

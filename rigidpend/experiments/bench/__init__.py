@@ -26,24 +26,24 @@ desolver steps in plain Python; nodepy is not meant to be fast; CasADi calls CVO
 
 from __future__ import annotations
 
-from rigidpend.experiments.data import ANY, FLOAT, TEXT, Field, Layout
+from typing import Any
 
-
-def _text(description: str) -> Field:
-    return Field(TEXT, (), "text", description, within=ANY)
+from rigidpend.experiments.data import ANY, Field, Layout, double, text
 
 
 def _floats(meaning: dict[str, str], *dimensions: str, gaps: bool = True) -> dict[str, Field]:
     """Fields of measured numbers, from texts "unit, meaning"; they are not compared."""
     told = ((name, *said.partition(", ")) for name, said in meaning.items())
-    return {name: Field(FLOAT, dimensions, unit, text, gaps, ANY) for name, unit, _, text in told}
+    how: Any = {"gaps": gaps, "within": ANY}
+    return {name: double(unit, about, *dimensions, **how) for name, unit, _, about in told}
 
 
 TRUST = {
     "wrong_trusted": "1, wrong symbols that the method vouches for; all where it vouches for none",
     "undecided": "1, symbols that it does not vouch for",
 }
-ENDED = _text("how the measurement ended: complete, cut where it took too long, or why not")
+HOW = "how the measurement ended: complete, cut where it took too long, or why not"
+ENDED = text("text", HOW, within=ANY)
 ANSWERED = {
     "error?": "1, of the crossing times, t': the median over the columns of the largest one",
     "wrong_symbols?": "1, number of wrong symbols",

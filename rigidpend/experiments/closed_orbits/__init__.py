@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 
-from rigidpend.experiments.compare import of_field, relative, stated
-from rigidpend.experiments.data import FLAG, FLOAT, Field, Layout, double, held, whole
+from rigidpend.experiments.compare import relative, stated
+from rigidpend.experiments.data import double, flag, held, whole
 
 CLOSE = 1e-9
 """Allowed difference of places and averages: the map's error of 1e-13 times its growth."""
 
-_double, _flag = (partial(Field, kind, ("words",)) for kind in (FLOAT, FLAG))
+_double, _flag = (partial(kind, dimensions=("words",)) for kind in (double, flag))
 _gap = partial(_double, "1", gaps=True, within=stated(1e-15))
 
 ORBITS = {
@@ -28,7 +28,7 @@ ORBITS = {
     "exponent": _double(
         "1",
         "ln of the Floquet multiplier's modulus, per passage",
-        within=of_field("exponent_error", 2),
+        within=relative(2, to="exponent_error"),
     ),
     "exponent_error": _double(
         "1",
@@ -58,7 +58,4 @@ PLACES = {
     "d": double("1", "d of all upward crossings", "points"),
     "of": whole("1", "place of the orbit in the list", "points"),
 }
-LAYOUT: Layout = {
-    name: held(CLOSE, fields)
-    for name, fields in (("orbits", ORBITS), ("averages", AVERAGES), ("places", PLACES))
-}
+LAYOUT = held(CLOSE, {"orbits": ORBITS, "averages": AVERAGES, "places": PLACES})

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, of_largest, stated, where
-from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, whole
+from rigidpend.experiments.data import Data, Layout, double, whole
 from rigidpend.experiments.shared import CODES, MEANING
 
 LOST = 1e-3
@@ -43,8 +43,8 @@ def _grown(name: str, stored: Data, fresh: Data) -> Any:
     return np.where(_both(stored, fresh, "growth"), stored["allowed"], np.inf)
 
 
-_cell = partial(Field, FLOAT, ("rows", "columns"), "1", gaps=True, within=_rounded)
-_checked = partial(Field, FLOAT, ("checked",), "1", gaps=True)
+_cell = partial(double, "1", dimensions=("rows", "columns"), gaps=True, within=_rounded)
+_checked = partial(double, "1", dimensions=("checked",), gaps=True)
 _axis = partial(double, within=of_largest(ROUNDING))
 
 LOG10_J1_0 = _axis(
@@ -91,7 +91,7 @@ LAYOUT: Layout = {
         # An error that one result states of itself: the difference of both methods within it.
         "difference": _checked(
             "that by the variational equations, integrated, less it",
-            within=stated(lambda stored, fresh: _grown("", stored, fresh)),
+            within=stated(_grown),
         ),
         "allowed": _checked("bound of the rounding of both growths", within=_grown),
     },

@@ -10,13 +10,13 @@ from rigidpend.config.bodies import Axis, RouteStart
 from rigidpend.config.schema import ExperimentConfig, Numerics, Whole
 from rigidpend.machine import files
 
-MOST_SYMBOLS = 10
-"""Largest number of passages: beyond it roundings of doubles grow to the size of the result."""
-
 
 class Problem(RouteStart):
     """A plane of initial phases and actions, and the number of passages of a deviation."""
 
+    # Beyond so many passages roundings of doubles grow to the size of the result.
+    n_symbols: Annotated[Whole, Field(ge=1, le=10)]
+    """Symbols on each orbit, at most 10."""
     theta2_0: Axis
     """Initial phases, radians."""
     log10_J1_0: Axis
@@ -26,8 +26,6 @@ class Problem(RouteStart):
 
     @model_validator(mode="after")
     def _plane(self) -> Self:
-        if self.n_symbols > MOST_SYMBOLS:
-            raise ValueError(f"n_symbols must be at most {MOST_SYMBOLS}, got {self.n_symbols}")
         from rigidpend.routes.cells import cell_problem
 
         for value in self.log10_J1_0.ends:

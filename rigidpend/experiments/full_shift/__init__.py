@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from rigidpend.experiments.compare import of_largest, stated
-from rigidpend.experiments.data import ANY, Layout, double, flag, held, whole
+from rigidpend.experiments.data import ANY, double, flag, held, whole
 from rigidpend.experiments.shared import STEPS
 
 COVERED = ("sets", "targets")
@@ -91,12 +91,15 @@ DRAWN = {
     "image_d": _number("d around them, less the stable surface's", "sets", "outline"),
 }
 PROOF = {**STEPS, "family": STEPS["family"]._replace(description=OF_SET)}
-LAYOUT: Layout = {
-    "sets": held(CLOSE, QUADS),
-    "relations": RELATIONS,
-    "line": held(CLOSE, LINE),
-    "energies?": held(CLOSE, ENERGIES),
-    "approach?": held(CLOSE, APPROACH),
-    "proof": PROOF,
-    "drawn": held(CLOSE, DRAWN),
-}
+LAYOUT = held(
+    CLOSE,
+    {
+        "sets": QUADS,
+        "relations": RELATIONS,
+        "line": LINE,
+        "energies?": ENERGIES,
+        "approach?": APPROACH,
+        "proof": PROOF,
+        "drawn": DRAWN,
+    },
+)

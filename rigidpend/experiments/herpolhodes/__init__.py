@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, modulo, of_largest
-from rigidpend.experiments.data import ANY, FLOAT, Data, Field, Layout, double, held, text, whole
+from rigidpend.experiments.data import ANY, Data, double, held, text, whole
 from rigidpend.experiments.shared import CODES, MEANING, crossing_tolerance
 
 GROWTH = 10.0
@@ -35,9 +35,12 @@ def _moved(name: str, stored: Data, fresh: Data) -> Any:
 
 _CLOSED = of_largest(ROUNDING, least=1.0)
 
-_sample = partial(Field, FLOAT, ("samples",))
+_sample = partial(double, dimensions=("samples",))
 _crossing = partial(
-    Field, FLOAT, ("symbols+1",), "t' = t s", within=lambda name, stored, fresh: _apart(stored)[:-1]
+    double,
+    "t' = t s",
+    dimensions=("symbols+1",),
+    within=lambda name, stored, fresh: _apart(stored)[:-1],
 )
 
 ALPHA = _sample("rad", "angle of omega's horizontal part from eta, by (th_al)", symbol=r"$\alpha$")
@@ -78,4 +81,4 @@ CASE = {
     ),
     "wound": whole("1", "first and last sample between the first vertex and that of n_wound", 2),
 }
-LAYOUT: Layout = {"<cases>": held(_moved, CASE)}
+LAYOUT = held(_moved, {"<cases>": CASE})

@@ -8,7 +8,7 @@ import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.heteroclinic_cycle import GROUPS, START
+from rigidpend.experiments.heteroclinic_cycle import EDGES, START
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, TURNS, direction, separatrix_theta1
@@ -37,7 +37,7 @@ def compute(config: Config, means: Means) -> Tree:
         },
         "edges": {
             name: np.array(values).T
-            for name, values in zip(GROUPS["edges"], zip(*edges, strict=True), strict=True)
+            for name, values in zip(EDGES, zip(*edges, strict=True), strict=True)
         },
         "rectangles": {
             "name": ["left", "right"],

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, where
-from rigidpend.experiments.data import FLOAT, Field, Layout, double, flag, held, whole
+from rigidpend.experiments.data import Field, double, flag, held, whole
 
 # On the outline of the sphere rounding decides whether a point is visible.
 _OFF_OUTLINE = where(lambda stored, fresh: np.abs(stored["projected"][2]) > ROUNDING)
@@ -17,7 +17,7 @@ def _curves(name: str) -> dict[str, Field]:
     """Curves on the sphere and in the plane, with dimensions of their own."""
     points = f"points of {name}"
     on_sphere, in_plane, of_curve = (
-        partial(Field, FLOAT, dimensions) for dimensions in ((3, points), (points,), (name,))
+        partial(double, dimensions=sizes) for sizes in ((3, points), (points,), (name,))
     )
     return {
         "points": on_sphere(
@@ -42,26 +42,28 @@ def _curves(name: str) -> dict[str, Field]:
 _TIPS = "projected, then the axes M1, M2, M3"
 _SAID = "of the vertical segments; the last is the first again, 4 pi further"
 _on_sphere = partial(double, "|M|")
-GROUPS = {
-    "orbits": {
-        **_curves("orbits"),
-        "height": _on_sphere("largest |M3| of each orbit", "orbits"),
-        "around": whole("1", "axis that the orbit encircles, 1 or 2", "orbits"),
+LAYOUT = held(
+    ROUNDING,
+    {
+        "orbits": {
+            **_curves("orbits"),
+            "height": _on_sphere("largest |M3| of each orbit", "orbits"),
+            "around": whole("1", "axis that the orbit encircles, 1 or 2", "orbits"),
+        },
+        "separatrices": {
+            **_curves("separatrices"),
+            "number": whole("1", "of each separatrix, 1..4", "separatrices"),
+        },
+        "centres": _curves("centres"),
+        "sphere": {
+            "outline": _on_sphere("the sphere's outline, to the right and upwards", 2, "outline"),
+            "axis_feet": _on_sphere(f"where the axes leave the sphere: {_TIPS}", 3, 3),
+            "axis_tips": _on_sphere(f"where the axes are drawn to: {_TIPS}", 3, 3),
+        },
+        "plane": {
+            "window": double("rad", "theta1 from one separatrix 1 to the next", 2),
+            "separatrix_theta1": double("rad", f"theta1 {_SAID}", 5),
+            "separatrix": whole("1", f"number {_SAID}", 5),
+        },
     },
-    "separatrices": {
-        **_curves("separatrices"),
-        "number": whole("1", "of each separatrix, 1..4", "separatrices"),
-    },
-    "centres": _curves("centres"),
-    "sphere": {
-        "outline": _on_sphere("the sphere's outline, to the right and upwards", 2, "outline"),
-        "axis_feet": _on_sphere(f"where the axes leave the sphere: {_TIPS}", 3, 3),
-        "axis_tips": _on_sphere(f"where the axes are drawn to: {_TIPS}", 3, 3),
-    },
-    "plane": {
-        "window": double("rad", "theta1 from one separatrix 1 to the next", 2),
-        "separatrix_theta1": double("rad", f"theta1 {_SAID}", 5),
-        "separatrix": whole("1", f"number {_SAID}", 5),
-    },
-}
-LAYOUT: Layout = {name: held(ROUNDING, fields) for name, fields in GROUPS.items()}
+)

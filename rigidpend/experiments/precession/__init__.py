@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from rigidpend.experiments.compare import stated
-from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, flag, held, text, whole
+from rigidpend.experiments.compare import relative, stated
+from rigidpend.experiments.data import Data, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
 UNCERTAINTY = 1e-13
@@ -29,14 +29,13 @@ def _increments(name: str, stored: Data, fresh: Data) -> Any:
     return error.reshape(*error.shape, *(1,) * (stored[name].ndim - error.ndim))
 
 
-_angle = partial(Field, FLOAT, ("bodies",), "rad")
-_each, _separatrices = (
-    partial(Field, FLOAT, dimensions, "rad") for dimensions in (EACH, (*EACH, 4))
-)
-_slope = partial(Field, FLOAT, ("bodies", 4), "1", gaps=True, within=SLOPE)
+_angle = partial(double, "rad", dimensions=("bodies",))
+_each, _separatrices = (partial(double, "rad", dimensions=sizes) for sizes in (EACH, (*EACH, 4)))
+_slope = partial(double, "1", dimensions=("bodies", 4), gaps=True, within=SLOPE)
 
 # The dimension of 4 stands for the separatrices 1, 2, 3, 4.
 BODIES = {
+    "name": NAME,
     "alpha0": _angle("(bodies,): angle of each body"),
     "beta0": _angle("(bodies,): angle of the centre of gravity"),
     "regime": text(
@@ -55,7 +54,7 @@ BODIES = {
     ),
     "error": _each(
         "(bodies, mu): what is uncertain of the increments",
-        within=stated(lambda stored, fresh: DECLARED * stored["unit"]),
+        within=stated(relative(DECLARED, to="unit")),
     ),
     "remainder": _separatrices(
         "(bodies, mu, separatrices): largest |gained - first_order|", within=_increments
@@ -72,8 +71,11 @@ BODIES = {
         "1", "(bodies, mu): whether the means of the two orbits are in that order", *EACH
     ),
 }
-LAYOUT: Layout = {
-    "mu_over_h0": MU_OVER_H0,
-    "drawn": whole("1", "place of the mu whose increments are shown"),
-    "bodies": held(UNCERTAINTY, {"name": NAME, **BODIES}),
-}
+LAYOUT = held(
+    UNCERTAINTY,
+    {
+        "mu_over_h0": MU_OVER_H0,
+        "drawn": whole("1", "place of the mu whose increments are shown"),
+        "bodies": BODIES,
+    },
+)

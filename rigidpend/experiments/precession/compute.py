@@ -41,8 +41,8 @@ def compute(config: Config, means: Means) -> Tree:
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on one core."""
     problem = config.problem
-    nus = (shape.heavy(problem.mu[0]).nu for shape in problem.bodies.values())
-    return len(problem.mu) * sum(ORBITS + DEEPER * nu for nu in nus)
+    each = (ORBITS + DEEPER * shape.body.nu for shape in problem.bodies.values())
+    return len(problem.mu) * sum(each)
 
 
 def _body(config: Config, name: str, means: Means) -> Tree:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -69,13 +70,13 @@ def _array(name: str, config: Config, means: Means, orbits: tuple[int, int]) -> 
     `orbits` are the numbers of orbits in earlier arrays and in all, for the finished share.
     """
     before, every = orbits
-    count = config.problem.arrays[name].count
-    seconds = column_cost(config, count)
+    routes, count = config.problem.routes, config.problem.arrays[name].count
+    seconds = expected_seconds(routes, count, config.numerics.precisions) / count
     at_once = min(MOST, max(LANES if seconds < SLOW else 1, int(PART / seconds)))
     parts = [range(first, min(first + at_once, count)) for first in range(0, count, at_once)]
     names = [f"{name}.{part.start:08d}" for part in parts]
     given = name, config.problem, means.arithmetic, means.threads(names)
-    pieces = [Piece(x, _part, (part, *given)) for x, part in zip(names, parts, strict=True)]
+    pieces = [Piece(x, partial(_part, part, *given)) for x, part in zip(names, parts, strict=True)]
     found: list[RouteCodes] = []
     for part, tree in zip(parts, means.pieces(pieces), strict=True):
         found.append(RouteCodes(**tree))
@@ -87,14 +88,9 @@ def _array(name: str, config: Config, means: Means, orbits: tuple[int, int]) -> 
 
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores."""
-    counts = [grid.count for grid in config.problem.arrays.values()]
-    return BEGIN + sum(count * column_cost(config, count) for count in counts) / 2
-
-
-def column_cost(config: Config, columns: int) -> float:
-    """Estimate of the seconds of a core for each column of an array with this many."""
-    routes, precisions = config.problem.routes, config.numerics.precisions
-    return expected_seconds(routes, columns, precisions) / columns
+    problem, precisions = config.problem, config.numerics.precisions
+    each = (expected_seconds(problem.routes, x.count, precisions) for x in problem.arrays.values())
+    return BEGIN + sum(each) / 2
 
 
 def _part(columns: range, name: str, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:

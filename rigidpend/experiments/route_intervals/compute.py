@@ -18,6 +18,7 @@ from rigidpend.experiments.route_intervals import COLUMNS, INTERVALS
 from rigidpend.experiments.route_intervals.schema import Config, Problem
 from rigidpend.experiments.shared import rational
 from rigidpend.machine import progress
+from rigidpend.machine.wording import counted
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.exact import Exact, context
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -150,7 +151,7 @@ def theorems(config: Config, data: Data) -> list[str]:
     parts, shares = arranged(config.problem, data)
     side_by_side(_again, (config.problem,), True, parts, cores())
     return [
-        f"{n} symbol{'s' * (n > 1)}, the same on each interval, of all starts on {share} of the"
+        f"{counted(n, 'symbol')}, the same on each interval, of all starts on {share} of the"
         f" line, {float(share):.6g}"
         for n, share in enumerate(shares, 1)
         if share

@@ -97,7 +97,7 @@ def _plane(
     names = [f"{name or 'plane'}.{number:06d}" for number, _ in tiles]
     given = problem, means.arithmetic, means.threads(names)
     pieces = [
-        Piece(each, _tile, (x[columns], y[rows], *given))
+        Piece(each, partial(_tile, x[columns], y[rows], *given))
         for each, (_, (rows, columns)) in zip(names, tiles, strict=True)
     ]
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from rigidpend.config.bodies import Axis, Range, RouteStart, distinct
-from rigidpend.config.schema import Auto, ExperimentConfig, Number, Numerics, Part, Word
+from rigidpend.config.schema import Auto, ExperimentConfig, Number, Numerics, Part, Whole, Word
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
 
@@ -44,6 +44,8 @@ Phase = Annotated[
 class Problem(RouteStart):
     """A plane of two parameters; the other parameters are the same for all cells."""
 
+    n_symbols: Annotated[Whole, Field(ge=1, le=250)] = 15
+    """Symbols on each orbit, at most 250."""
     theta2_0: Phase
     """Initial phases of the columns, radians; or one number, if columns are given."""
     columns: Auto[PlaneAxis] = None
@@ -76,8 +78,6 @@ class Problem(RouteStart):
 
     @model_validator(mode="after")
     def _plane(self) -> Self:
-        if self.n_symbols > 250:
-            raise ValueError(f"n_symbols of a plane must be at most 250, got {self.n_symbols}")
         for field, message in self._contradictions():
             raise ParameterError(field, message)
         cells = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.compare import ROUNDING, of_field
+from rigidpend.experiments.compare import ROUNDING, relative
 from rigidpend.experiments.data import ANY, Layout, double, text, whole
 from rigidpend.experiments.shared import MEANING, TIME_GAP, crossed
 
@@ -21,12 +21,10 @@ LEVEL = {
         "rad",
         "theta2_0 of each column less the centre, rounded to a double",
         "columns",
-        within=of_field("step", ROUNDING),
+        within=relative(ROUNDING, to="step"),
         coordinate=True,
     ),
-    "step": double(
-        "rad", "spacing of the columns, rounded to a double", within=of_field("step", ROUNDING)
-    ),
+    "step": double("rad", "spacing of the columns, rounded to a double", within=relative(ROUNDING)),
 }
 LAYOUT: Layout = {
     "levels": {"<levels>": LEVEL},

@@ -147,7 +147,7 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
 def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
     """The columns' phases around a centre; rational phases are written as quotients."""
     grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
-    return [phase if phase.fraction is None else exact(phase.fraction) for phase in grid]
+    return [phase.shortest for phase in grid]
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

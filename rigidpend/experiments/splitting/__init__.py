@@ -8,18 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import (
-    ANY,
-    FLOAT,
-    Data,
-    Field,
-    Layout,
-    double,
-    flag,
-    held,
-    text,
-    whole,
-)
+from rigidpend.experiments.data import ANY, Data, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME, slope_weights
 
 SHARE = 4e-3
@@ -40,14 +29,14 @@ def admitted(mu_over_h0: Any) -> Any:
     return np.minimum(COARSEST, SHARE * np.square(mu_over_h0))
 
 
-def _error(stored: Data, fresh: Data) -> Any:
+def _error(stored: Data) -> Any:
     """The admitted error; infinite for an unresolved excess, of which nothing is claimed."""
     return np.where(stored["resolved"], admitted(stored["mu_over_h0"]), np.inf)
 
 
 def _of_sum(stored: Data) -> Any:
     """Allowed difference of a sum of all harmonics."""
-    return stored["excess"].shape[-1] * MARGIN * _error(stored, stored)
+    return stored["excess"].shape[-1] * MARGIN * _error(stored)
 
 
 def slope_change(ratio: Any, values: Any, error: Any) -> float:
@@ -74,19 +63,20 @@ def _largest(name: str, stored: Data, fresh: Data) -> Any:
     return _of_sum(stored) * stored["amplitude"] + rounding
 
 
-_body = partial(Field, FLOAT, ("bodies",))
+_body = partial(double, dimensions=("bodies",))
 _fitted = partial(_body, "1", gaps=True)
-_each = partial(Field, FLOAT, EACH, gaps=True)
+_each = partial(double, dimensions=EACH, gaps=True)
 _closed = relative(RELATIVE)
 
 BODIES = {
+    "name": NAME,
     "alpha0": _body("rad", "(bodies,): angle of each body"),
     "beta0": _body("rad", "(bodies,): angle of the centre of gravity"),
     "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=_closed),
     "slope_amplitude": _fitted(
         "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0",
         within=lambda name, stored, fresh: _slopes(
-            stored, np.abs(stored["excess"][..., 0]), MARGIN * _error(stored, stored)
+            stored, np.abs(stored["excess"][..., 0]), MARGIN * _error(stored)
         ),
     ),
     "slope_curve": _fitted(
@@ -102,7 +92,7 @@ BODIES = {
     "reduced": _each(
         "1",
         "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
-        within=lambda name, stored, fresh: MARGIN * _error(stored, fresh) + RELATIVE,
+        within=lambda name, stored, fresh: MARGIN * _error(stored) + RELATIVE,
     ),
     "curve_excess": _each(
         "1",
@@ -113,7 +103,7 @@ BODIES = {
         "1",
         "(bodies, mu): what is uncertain of `excess`, from two computations, before its numbers"
         " are rounded to doubles",
-        within=stated(_error),
+        within=stated(lambda name, stored, fresh: _error(stored)),
     ),
     "resolved": flag("1", "(bodies, mu): whether the error is small beside (mu/h0)^2", *EACH),
     "bits": whole("bit", "(bodies, mu): precision that decided", *EACH, within=ANY),
@@ -126,10 +116,10 @@ BODIES = {
         *EACH,
         "harmonics",
         gaps=True,
-        within=lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None],
+        within=lambda name, stored, fresh: MARGIN * _error(stored)[..., None],
     ),
 }
-_phases, _line = (partial(Field, FLOAT, (name,)) for name in ("phases", "line"))
+_phases, _line = (partial(double, dimensions=(name,)) for name in ("phases", "line"))
 CURVE = {
     "body": text("text", "whose distance it is"),
     "g": _phases("rad", "phase theta1/2 + theta2 on the section", coordinate=True),
@@ -144,9 +134,7 @@ CURVE = {
     ),
 }
 CLOSED_FORM = {"nu": _line("1", "pi kappa/sin(alpha0)"), "decay": _line("1", "nu/sinh(nu)")}
-LAYOUT: Layout = {
-    "mu_over_h0": MU_OVER_H0,
-    "bodies": held(RELATIVE, {"name": NAME, **BODIES}),
-    "curve": held(RELATIVE, CURVE),
-    "closed_form": held(RELATIVE, CLOSED_FORM),
-}
+LAYOUT = held(
+    RELATIVE,
+    {"mu_over_h0": MU_OVER_H0, "bodies": BODIES, "curve": CURVE, "closed_form": CLOSED_FORM},
+)

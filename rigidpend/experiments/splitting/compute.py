@@ -57,7 +57,7 @@ def cost(config: Config) -> float:
     orbits = FEWEST + ORBITS * ratio
     seconds = BEGIN
     for shape in problem.bodies.values():
-        nu = shape.heavy(problem.mu[0]).nu
+        nu = shape.body.nu
         each = orbits * ORBIT[53]
         for bits in sorted(config.numerics.precisions, reverse=True):
             told = DEFAULT_TOLERANCE["taylor"] * 2.0 ** (53 - bits) < decay(nu) * admitted(ratio)

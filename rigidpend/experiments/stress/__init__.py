@@ -15,21 +15,21 @@ from __future__ import annotations
 
 from functools import partial
 
-from rigidpend.experiments.data import ANY, NUMBER, TEXT, Field, Layout
+from rigidpend.experiments.data import ANY, Field, Layout, double, text, whole
 
 PASSED, LIMIT, REFUTED = "passed", "limit", "FAILED"
 """Verdicts: within the bound; beyond it within a declared limit; beyond it."""
 
 
-def _number(units: str, description: str, *dimensions: int | str) -> Field:
-    # Rounding errors differ from machine to machine: each is tested by its own bound instead.
-    return Field(NUMBER, dimensions, units, description, gaps=True, within=ANY)
+# Rounding errors differ from machine to machine: each is tested by its own bound instead.
+_number = partial(double, gaps=True, within=ANY)
+_count = partial(whole, "1", within=ANY)
 
 
 def _claims(*of: str) -> dict[str, Field]:
     """Fields of the claims of a kind of trial, one after the other."""
     each = " of ".join(("claims", *of))
-    told = partial(Field, TEXT, (each,), "text")
+    told = partial(text, "text", dimensions=(each,))
     return {
         "name": told("what is claimed"),
         "measured": told("what the value is", within=ANY),
@@ -46,7 +46,7 @@ def _claims(*of: str) -> dict[str, Field]:
 
 
 GROWTH = {
-    "crossing": _number("1", "passages behind", "crossings"),
+    "crossing": _count("passages behind", "crossings"),
     "measured": _number("rad", "phase error, geometric mean", "crossings"),
     "predicted": _number("rad", "the same, predicted", "crossings"),
     "floor": _number("rad", "the last bit of a time in doubles", "crossings"),
@@ -56,13 +56,13 @@ GROWTH = {
 }
 """Errors at each crossing, and their growth a passage: see `passages.growth_trial`."""
 DECIDED = {
-    "bits": _number("1", "precision"),
-    "measured": _number("1", "symbols decided on each orbit", "columns"),
-    "predicted": _number("1", "the same on orbits of the prediction", "tangents"),
+    "bits": _count("precision"),
+    "measured": _count("symbols decided on each orbit", "columns"),
+    "predicted": _count("the same on orbits of the prediction", "tangents"),
 }
 """Symbols that a precision decides: see `passages.decided_trial`."""
 DRIFT = {
-    "name": Field(TEXT, (), "", "what integrates"),
+    "name": text("", "what integrates"),
     "rotations": _number("1", "time in rotations without weight", "times"),
     "drift": _number("1", "rms of energy/h0, |gamma|, M.gamma/|M|: (3, k)", 3, "times"),
     "walk": _number("1", "predicted random walk of roundings", "times"),

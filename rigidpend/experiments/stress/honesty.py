@@ -165,7 +165,7 @@ def true_codes(
     true, _ = principal_axes.settled(
         problem, phases, doubted, jobs, (53, *principal_axes.TRUTH_BITS)
     )
-    if checked and principal_axes.offers(TRUTH_BITS):
+    if checked and principal_axes.working_type(TRUTH_BITS):
         true[:, :checked] = principal_axes.codes(problem, first, bits=TRUTH_BITS, jobs=jobs)
     return true
 

@@ -198,7 +198,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
 
         monkeypatch.setattr(measure, "ready", made)
         offered = more.get("bits", (64, 113))
-        monkeypatch.setattr(principal_axes, "offers", offered.__contains__)
+        monkeypatch.setattr(principal_axes, "working_type", offered.__contains__)
         monkeypatch.setattr(principal_axes, "codes", told)
         bodies = more.get("bodies", [SHORT])
         monkeypatch.setattr(problems, "drawn", lambda _, n: bodies[:n])

@@ -95,7 +95,11 @@ def test_where_doubles_differ_in_principal_axes_more_bits_tell_the_truth(
         asked.append((bits, phases.tolist()))
         return right[:, phases.astype(int)] ^ ((phases == 1) & (bits == 53))
 
-    for name, told in (("installed", lambda: True), ("offers", lambda _: True), ("codes", codes)):
+    for name, told in (
+        ("installed", lambda: True),
+        ("working_type", lambda _: True),
+        ("codes", codes),
+    ):
         monkeypatch.setattr(principal_axes, name, told)
     true = honesty.true_codes(problem(n_symbols=1), np.arange(3.0), right, 1, 1)
     assert true.tolist() == right.tolist()

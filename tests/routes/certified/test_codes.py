@@ -11,6 +11,7 @@ import pytest
 
 from rigidpend import Body, certify_codes, route_codes
 from rigidpend.config import catalogue
+from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.route_intervals import compute as route_intervals
 from rigidpend.numbers.exact import exact
@@ -220,5 +221,5 @@ def test_too_many_orbits_are_refused(tmp_path: Path) -> None:
     loaded = loading.load(
         catalogue.known()["fig4"], ["problem.arrays.left.count=2001", "problem.n_symbols=2"]
     )
-    with pytest.raises(loading.ConfigError, match="holds at most 2000"):
+    with pytest.raises(ConfigError, match="holds at most 2000"):
         certificates.orbits(loaded, tmp_path)
