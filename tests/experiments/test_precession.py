@@ -98,7 +98,8 @@ def test_an_order_holds_or_does_not(
 
 def test_increments_are_not_called_none_where_weights_are_too_few_for_a_slope() -> None:
     two = "problem.mu=[0.01, 0.1]", "problem.drawn=0.1"
-    data = computed(asked("precession", *two))
+    bodies = "{ii: {A: [2, 1, 1.5], r: [1, 3, 0]}, iii: {A: [2, 1, 1.5], r: [1, sqrt(2), 0]}}"
+    data = computed(asked("precession", f"problem.bodies={bodies}", *two))
     assert np.isnan(data["bodies"]["slope"]).all()
     loaded: Any = {"data": data}
     figure = draw(loaded)

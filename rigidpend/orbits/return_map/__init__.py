@@ -10,6 +10,7 @@ precision     numbers of any precision in arrays
 expansions    Fourier and Chebyshev expansions
 jets          power series in two variables
 reduced       the reduced equations beside the upper periodic orbit
+nome          the invariant in which the normal form's series shrink best
 normal_form   Moser's normal form, found degree by degree
 conjugacy     the normal form at given energies, evaluated and inverted
 poincare      the section M3 = 0 in coordinates (d, chi)

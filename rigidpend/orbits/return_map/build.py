@@ -168,11 +168,11 @@ class ReturnMap:
     def left_out(self) -> float:
         """The size that all terms left out of the tables may have together, relative.
 
-        It is a sixth of the stated error, which is eight times the largest difference at held-out
+        It is a ninth of the stated error, which is twelve times the largest difference at held-out
         points; and at least a fourth of a rounding of the tables. Of tables that have all the bits
         of pairs of doubles it is an eighth of this (`LAST_BITS`).
         """
-        size = max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 6)
+        size = max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 9)
         return size / LAST_BITS if table_bits(self.bits) == MOST_IN_PAIRS else size
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:

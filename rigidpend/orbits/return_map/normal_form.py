@@ -34,6 +34,7 @@ from rigidpend.orbits.return_map.expansions import (
     phases,
 )
 from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
+from rigidpend.orbits.return_map.nome import normalization
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
@@ -139,7 +140,8 @@ def normal_form(
     MapError
         The periodic orbit is not hyperbolic with a positive multiplier.
     """
-    finder = _Finder(c, energies.nodes(a), n, a)
+    f = normalization(c, float(energies.centre), degree // 2 + 1)
+    finder = _Finder(c, energies.nodes(a), n, f, a)
     for D in range(1, degree + 1, 2):
         if D > 1:
             finder.extend(D)
@@ -186,8 +188,8 @@ class _Finder:
     Parts of series are arrays (D + 1, n, H): powers j of u^j v^(D-j), phases, energies.
     """
 
-    def __init__(self, c: Coefficients, h: Scalar, n: int, a: Precision) -> None:
-        self.whole = a, n, len(h)
+    def __init__(self, c: Coefficients, h: Scalar, n: int, f: Any, a: Precision) -> None:
+        self.f, self.whole = f, (a, n, len(h))
         self._use(*self.whole)
         psi = phases(n, a)[:, None]
         self.turn = a.cos(psi), a.sin(psi)
@@ -282,6 +284,8 @@ class _Finder:
             self._divided(r, (lean + side) * self.exponent[0])
             for r, side in zip(rest, (-1, 1), strict=True)
         )
+        # The resonant rows of u and v, which no equation determines, choose the invariant.
+        u[k + 1], v[k] = u[k + 1] + self.f[k], v[k] + self.f[k]
         self._settle(D, [row[0] * u + row[1] * v for row in self.P], (growth + decay) / 2)
 
     def extend_mean(self, D: int, which: int, known: dict[int, Any]) -> Any:

@@ -250,7 +250,7 @@ def test_a_map_does_without_terms_far_below_its_tables_errors(made: ReturnMap) -
     # Those of 96 bits lose an eighth of it, for no sharper ones follow.
     sharpest = [replace(exact_one, bits=bits).left_out for bits in (89, 90, 96, 97)]
     assert sharpest == [2.0**-97, 2.0**-101, 2.0**-101, 2.0**-99]
-    rough_one = replace(made, errors=made.errors._replace(charts=6 * 2.0**-32))
+    rough_one = replace(made, errors=made.errors._replace(charts=9 * 2.0**-32))
     assert rough_one.left_out == 2.0**-32
     least, most = map(precision(made.bits).number, POINT)
     terms = [x.program(53, least, most).values.shape[1] for x in (exact_one, made, rough_one)]

@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.orbits.return_map import MapError, looks
+from rigidpend import Body
+from rigidpend.orbits.return_map import MapError, looks, normal_form
 from rigidpend.orbits.return_map.looks import (
     LARGEST_RADIUS,
     Layer,
     Rough,
     first_look,
+    least_degree,
     second_look,
     whole_reach,
 )
@@ -99,6 +101,18 @@ def test_a_normal_form_of_too_high_a_degree_is_refused(
     monkeypatch.setattr(looks, "MOST_DEGREE", degree - 1)
     with pytest.raises(MapError, match="mu is too large: the normal form"):
         second_look(rough, layer)
+
+
+def test_series_in_the_nome_reach_over_the_layer_of_a_thin_body_which_others_do_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    body = Body(("2.274", "0.365", "2.206"), ("0.983", "0.18", 0), "0.0079")
+    thin = Rough(coefficients(body.angles(), "1", precision(53)), 1.3)
+    layer = first_look(thin, looks.whole_reach(thin))
+    assert least_degree(second_look(thin, layer).by_degree, 2.0**-53) < 60
+    monkeypatch.setattr(normal_form, "normalization", lambda c, h, count: np.eye(1, count)[0])
+    with pytest.raises(MapError, match=r"the degree [1-9]\d\d"):
+        second_look(thin, layer)
 
 
 def test_arcs_end_short_of_the_singularity(rough: Rough) -> None:
