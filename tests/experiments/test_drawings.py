@@ -218,6 +218,33 @@ def test_exponents_that_differ_little_are_written_whole() -> None:
     assert all(x.get_text().startswith("18.35") for x in left.get_yticklabels())
 
 
+def test_exponents_of_a_single_passage_stand_at_a_whole_number() -> None:
+    def change(data: Any) -> None:
+        data["codes"] = data["codes"][:1]
+        growth = data["growth"]
+        growth["passages"], growth["exponent"] = growth["passages"][:1], growth["exponent"][:, :1]
+
+    figure = drawn_with("exponents", change)
+    figure.draw_without_rendering()
+    above = figure.axes[0]
+    [spread] = (axes for axes in figure.axes if axes.get_xlabel() == "passages")
+    assert above.get_title("left").startswith("a)  exponents of 1 passage,")
+    low, high = spread.get_xlim()
+    assert [x for x in spread.get_xticks() if low <= x <= high] == [1]
+
+
+@pytest.mark.parametrize(("flatter", "aspect"), [(1.0, 1.0), (1e-3, "auto")])
+def test_a_hodograph_is_drawn_in_one_scale_unless_it_is_flat(flatter: float, aspect: Any) -> None:
+    """That of a nearly symmetric body was a line, beside ticks that were upon each other."""
+
+    def change(data: Any) -> None:
+        for case in data.values():
+            case["omega"][:, 0] *= flatter
+
+    figure = drawn_with("herpolhodes", change)
+    assert [axes.get_aspect() for axes in figure.axes] == ["auto", aspect] * 2
+
+
 def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
     def change(data: Any) -> None:
         data["bodies"] = {"a": data["bodies"]["a"]}

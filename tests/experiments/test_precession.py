@@ -64,7 +64,12 @@ def test_a_body_without_such_orbits_is_named() -> None:
 
 def test_the_largest_error_of_the_quadrature_counts() -> None:
     found = Increments(np.zeros((2, 4)), np.arange(8.0).reshape(2, 4))
-    assert 7 < uncertainty(found, 1.0) < 7 + 1e-9
+    assert 7 < uncertainty(found, 1.0, 1.0) < 7 + 1e-9
+
+
+def test_rounding_of_ever_more_steps_counts() -> None:
+    found = Increments(np.zeros((2, 4)), np.zeros((2, 4)))
+    assert [uncertainty(found, 2.0, nu) for nu in (4.0, 1500.0)] == pytest.approx([2e-13, 2e-12])
 
 
 STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))

@@ -161,7 +161,9 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     ("body", "given", "error", "reason"),
     [
         (Body((2, "1.5", "1.8"), (0, 1, 0), "0.7"), {"h": 1}, MapError, "not hyperbolic"),
-        (Body((2, "1.5", "1.8"), (0, 1, 0), "0.95"), {"h": 1}, MapError, "negative"),
+        (Body((2, "1.5", "1.8"), (0, 1, 0), "0.95"), {"h": 1}, MapError, "theta1 turns 1 times"),
+        # By an even number of turns no multiplier becomes negative.
+        (Body((2, "4.5e-7", "1.9999998"), (1, 0, 0), "2e-4"), {"h": 1}, MapError, "turns -1[46] "),
         (HEAVY, {}, MapError, "too large|reach|settle|cover"),
         (
             Body(("1.965", "0.689", "1.942"), (61, 79, 0), "0.0198"),
