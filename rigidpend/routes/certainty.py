@@ -67,12 +67,11 @@ LIMIT_OF_COARSE = 0.25
 It serves beside two of equal precision that agree to `LIMIT_OF_THREE`, which is 250 times less. A
 symbol is wrong if the error of a radian is R = 1,000 times the difference of these two, and R/250
 times that from the third. Of 3,200 orbits of four bodies that maps of 82 and 90 bits left open, one
-map in 90 bits erred by more than R times its difference from the other one in a share of 0.27/R to
-0.41/R, for R of 1 to 100; and by more than R/250 times that from the one of 82 bits as well in 0.15,
-0.017 and 0.0013, for R of 1, 3 and 10, and in none for 30. As this falls faster than 1/R, fewer than
-one in 100,000 of those that err by a radian would be wrong. None of the 2,319 that were decided so
-was.
-Up to here errors grow in proportion."""
+map in 90 bits erred by more than R times its difference from the other one in a share of 0.27/R
+to 0.41/R, for R of 1 to 100; and by more than R/250 times that from the one of 82 bits as well in
+0.15, 0.017 and 0.0013, for R of 1, 3 and 10, and in none for 30. As this falls faster than 1/R,
+fewer than one in 100,000 of those that err by a radian would be wrong. None of the 2,319 that were
+decided so was. Up to here errors grow in proportion."""
 LIMIT_OF_SHARPER = 0.02
 """Phase difference, in radians, up to which two maps confirm an integration in pairs of doubles.
 
