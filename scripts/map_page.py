@@ -28,7 +28,7 @@ from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import table_bits
 from rigidpend.orbits.return_map.normal_form import powers
 from rigidpend.render import STYLE
-from rigidpend.routes.mapped import start_Qp
+from rigidpend.routes.map_start import start_Qp
 from rigidpend.routes.problem import RouteProblem
 from scripts.readme_tables import ROOT, write_table
 

@@ -69,20 +69,19 @@ COMPUTING |= {"rigidpend.mechanics.equations", "rigidpend.surfaces.melnikov"}
 def test_runs_import_one_engine_if_any_and_never_matplotlib_and_renders_nothing_that_computes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One process computes, another draws without a display and finds all up to date.
+    """One process describes and computes, another draws without a display and finds all up to date.
 
     Doubles decide the small config: of the higher precisions that it allows nothing is imported.
     """
     monkeypatch.setenv("MPLBACKEND", "nonsense")
     written(tmp_path, changed("[53]", "[53, 106, 160]", SMALL), "small.yaml")
-    _, closed, small = after_each(
-        tmp_path, "rigidpend run fig1 -j 1", "rigidpend run small.yaml -j 1"
-    )
+    words = "describe small.yaml", "run fig1 -j 1", "run small.yaml -j 1"
+    _, described, closed, small = after_each(tmp_path, *(f"rigidpend {each}" for each in words))
+    assert "h5py" not in described
     assert "rigidpend.mechanics.free_body" in closed
     assert closed & (ENGINES | {"matplotlib"}) == set()
     assert small & ENGINES == {"llvmlite", "rigidpend.orbits.integrate.batch"}
     assert "matplotlib" not in small
-    assert "h5py" not in after_each(tmp_path, "rigidpend describe small.yaml")[-1]
     lines = (f"rigidpend {word} small.yaml" for word in ("render", "run"))
     _, rendered, known = after_each(tmp_path, *lines)
     assert (tmp_path / "results" / "small.png").is_file()

@@ -80,9 +80,15 @@ def power(x: float) -> str:
     return ("" if float(digits) == 1 else factor) + f"10^{{{int(exponent)}}}"
 
 
+FLATTEST = 0.1
+"""Least height of a hodograph over its width, or width over its height, drawn in one scale."""
+
+
 def label_hodograph(axes: Axes) -> None:
-    """Set the labels and the scale of a curve (omega_zeta, omega_xi)."""
-    axes.set_aspect("equal")
+    """Set the labels and the scale of a curve (omega_zeta, omega_xi), of one if it is not flat."""
+    # With a nearly symmetric body omega_xi is some thousandth of omega_zeta: a line in one scale.
+    low, high = sorted(axes.dataLim.size)
+    axes.set_aspect("equal" if low > FLATTEST * high else "auto")
     axes.set(xlabel=r"$\omega_\zeta$ ($1/t$)", ylabel=r"$\omega_\xi$ ($1/t$)")
 
 

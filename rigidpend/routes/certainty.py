@@ -59,17 +59,18 @@ For every bit less between them the limit is halved. Of 16,631 orbits of one bod
 of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
 orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 70,000 would be
 wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 3,200 orbits of four
-bodies, followed by maps of 82 and 90 bits, it did so in a share of 0.51, 0.14 and 0.010 for R of
-0.01, 0.1 and 1, which leaves about the same chance."""
+bodies, followed by maps of 82 and 90 bits, it did so in a share of 0.37, 0.09 and 0.0025 for R of
+0.01, 0.1 and 1, which leaves less."""
 LIMIT_OF_COARSE = 0.25
 """Phase difference, in radians, up to which a less sharp computation is a third one.
 
-It serves beside two of equal precision that agree to `LIMIT_OF_THREE`. Of 3,200 orbits of four
-bodies that maps of 82 and 90 bits left open, one map in 90 bits erred by more than R times its
-difference from the other one in a share of 0.22/R, for R of 1 to 100; in 0.14, 0.018 and 0.0009 for
-R of 1, 3 and 10, and in none for 30, it also erred by more than R/250 times that from the one of 82
-bits. The limits are in the ratio of 250, and of those that err by a radian R is 1,000: as this
-falls faster than 1/R, fewer than one in 100,000 of them would be wrong. None of the 2,658 that were
+It serves beside two of equal precision that agree to `LIMIT_OF_THREE`, which is 250 times less. A
+symbol is wrong if the error of a radian is R = 1,000 times the difference of these two, and R/250
+times that from the third. Of 3,200 orbits of four bodies that maps of 82 and 90 bits left open, one
+map in 90 bits erred by more than R times its difference from the other one in a share of 0.27/R
+to 0.41/R, for R of 1 to 100; and by more than R/250 times that from the one of 82 bits as well in
+0.15, 0.017 and 0.0013, for R of 1, 3 and 10, and in none for 30. As this falls faster than 1/R,
+fewer than one in 100,000 of those that err by a radian would be wrong. None of the 2,319 that were
 decided so was. Up to here errors grow in proportion."""
 LIMIT_OF_SHARPER = 0.02
 """Phase difference, in radians, up to which two maps confirm an integration in pairs of doubles.
@@ -78,7 +79,10 @@ They err 2^3 to 2^6 times as much as it does. Of 6,732 orbits of five bodies tha
 bits left open, an integration that was handed over to one of the maps erred by more than R times
 its difference from either map in 0.08/R and 0.13/R, and by more than R times both in 2 to 2.3 times
 the product: 0.021, 0.003 and 0.0003, for R of 1, 3 and 10. So about one in 100,000 of those that
-err by a radian would be wrong. Even of the 6,462 that agreed to 0.25 none was."""
+err by a radian would be wrong. Even of the 6,462 that agreed to 0.25 none was. Where 98 bits are
+asked for and passages take 10 to 13 rotations, the integration is hardly sharper than the maps: of
+900 orbits it erred by more than R times all three differences in 0.064 and 0.0022, for R of 1 and
+3, and in none for 10, which leaves about as many."""
 COARSE_BITS = 7
 """Least number of bits by which one of three computations may differ from the others."""
 KEPT_IN_PAIRS = 97
@@ -274,7 +278,7 @@ def _further(
     """
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
-    # The less sharp one may have all its bits, unless `counted` says that it has not.
+    # Of what is known `counted` says the bits, for maps have others than integrations.
     more = kept_bits(bits) - counted(int(known.bits.max()))
     for scales in (FIRST_SCALES, SECOND_SCALES)[:count]:
         open_ = open_columns(known)
@@ -287,9 +291,9 @@ def _further(
         certain = known.certain[:, open_] & agreement(before, sharper, rate, LIMIT_OF_COARSE)
         if scales == FIRST_SCALES:
             if beside and more < GAP_BITS:
-                # Pairs of doubles keep so few bits more than maps that both maps must confirm them.
-                limit = LIMIT_OF_SHARPER if more >= COARSE_BITS else LIMIT_OF_THREE
-                _confirm(certain, *given, beside, (limit, limit))
+                # Pairs of doubles keep so few bits more than maps, seven at least (`Maps` see to
+                # it), that both maps must confirm them.
+                _confirm(certain, *given, beside, (LIMIT_OF_SHARPER, LIMIT_OF_SHARPER))
             else:
                 limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
                 certain |= agreement(before, sharper, rate, limit)

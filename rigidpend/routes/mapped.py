@@ -13,35 +13,24 @@ import contextlib
 import functools
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidpend.machine.workers import side_by_side
-from rigidpend.mechanics.body import Angles
-from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import height
-from rigidpend.numbers.exact import GUARD_BITS, PRECISIONS, exact
+from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
-from rigidpend.orbits.return_map.build import (
-    FIRST,
-    SECOND,
-    THIRD,
-    Costly,
-    Design,
-    expected_cost,
-    table_bits,
-)
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
 from rigidpend.orbits.return_map.poincare import section_point
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third, kept_bits
-from rigidpend.routes.phases import turned
+from rigidpend.routes.map_start import MapStarts, beginning, check_start
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
@@ -59,6 +48,16 @@ LEAST_BUDGET = 20.0
 """Seconds of a core that tables beyond doubles may take where maps are wanted but do not pay.
 
 Near the largest mu that a map serves they take some minutes, and those in doubles some seconds."""
+SHARPER_BY = 8
+"""Bits by which a map beyond doubles is sharper than an integration in as many.
+
+Its tables have six more (`build.SPARE_BITS`). With eight bodies at 4 to 9 rotations a passage some
+2,000 orbits of 45 symbols were integrated in 8, 11, 13, 15 and 17 bits more than a map of 75 has.
+The integration erred by more than R times its difference from the map in 0.33/R, 0.11/R, 0.04/R,
+0.008/R and 0.001/R of them, for R of 0.3 to 10; beside maps of 64 and 72 bits it was the same. A
+limit for all the bits between them would leave one in 700 to 20,000 of those that err by a radian
+wrong; that for eight bits less leaves one in 110,000 to 680,000, and one in 58,000 with the worst
+of the bodies. Beside maps of 82 bits, of deep passages, it leaves one in 70,000 at most."""
 DESIGNS = {FIRST_SCALES: FIRST, SECOND_SCALES: SECOND, THIRD_SCALES: THIRD}
 """The map that takes the place of an integration in some scales; its unit of M is the same."""
 
@@ -87,19 +86,6 @@ def expected_tables(
             if tables <= budget:
                 return tables
     return math.inf
-
-
-def check_start(problem: RouteProblem) -> None:
-    """Raise MapError for starts beyond the section, nearer to the upper periodic orbit.
-
-    Their components Q are also those of a start before the section, for which a map would take
-    them.
-    """
-    if 2 * problem.J1_0.at(53) > problem.J2_0(53):
-        raise MapError(
-            f"J1_0 = {float(problem.J1_0)} is above J2_0/2: orbits that start beside the upper"
-            " periodic orbit do not begin in the normal form, which is the lower one's"
-        )
 
 
 Task: TypeAlias = tuple[int, Design]
@@ -139,7 +125,7 @@ class Maps:
         check_start(run.problem)
         self.run, self.problem, self.only_kept = run, run.problem, only_kept
         self._lock, self._ready = threading.Lock(), dict[Task, Program]()
-        self._budgets = dict[Task, float]()
+        self._budgets, self._starts = dict[Task, float](), MapStarts(run)
         self.designs = designs_of(run.problem, run.orbits, run.arithmetic.precisions)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
         budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
@@ -170,15 +156,9 @@ class Maps:
             return bits in asked or costs.fits(bits, asked)
 
         # A map makes one computation beyond doubles, and this settles symbols only if it is sharper
-        # than the one before by enough bits. Those that are asked for must be far from the tables'
-        # bits too: of 256 orbits of three bodies, integrated in 93 bits, a share of 0.008/R erred
-        # by R times the difference from a map of 82, as if that had no eleven bits less but eight.
-        made = zip(map_bits, self.built_bits, (FIRST, SECOND), strict=False)
-        self.design_by_bits = {
-            bits: design
-            for bits, own, design in made
-            if bits > 53 and settles(bits) and settles(own)
-        }
+        # than the one before by enough bits.
+        made = zip(map_bits, (FIRST, SECOND), strict=True)
+        self.design_by_bits = {bits: design for bits, design in made if bits > 53 and settles(bits)}
 
     def _make(self, map_bits: tuple[int, int], budget: float) -> None:
         """Make maps of all designs, side by side where that pays.
@@ -215,26 +195,21 @@ class Maps:
 
     @property
     def beyond(self) -> tuple[int, ...]:
-        """Precisions, ascending, of integrations that decide what the maps leave open.
+        """Precisions, ascending, of integrations that decide what the maps leave open."""
+        return self.run.beyond(self.most_bits, self.counted)
 
-        Rungs stand apart from the bits of the tables: with two bodies integrations of 88 bits erred
-        by R times the difference from a map of 75, whose tables have 81, in a share of 0.05/R, and
-        those of 106 in none for R of 0.01.
-        """
-        most = self.most_bits
-        return self.run.beyond(most if most == 53 else table_bits(most), self.counted)
-
-    @property
-    def counted(self) -> Callable[[int], int]:
-        """The bits for which the less sharp of two computations beyond the maps counts."""
-        return kept_bits if self.twice and costs.very_deep(self.problem) else int
+    def counted(self, bits: int) -> int:
+        """The bits for which a computation counts beside a sharper one, by integration."""
+        if self.twice:
+            # Both maps are compared with the first integration, by limits for their own bits.
+            return kept_bits(bits) if costs.very_deep(self.problem) else bits
+        return bits + SHARPER_BY if bits in self.design_by_bits else bits
 
     @property
     def twice(self) -> bool:
-        """True if both maps are as sharp as the sharpest computation, and each makes it once.
+        """True if both maps have the most bits, in which each of them makes one computation.
 
-        With the first map's own computation, a less sharp one, these are three: see
-        `certainty.LIMIT_OF_COARSE`.
+        With the one before, in fewer bits, these are three: see `certainty.LIMIT_OF_COARSE`.
         """
         sharpest = self.most_bits
         return self.design_by_bits.get(sharpest) == SECOND and self.built_bits[0] == sharpest
@@ -262,11 +237,11 @@ class Maps:
     def most_computations(self, bits: int) -> int:
         """The largest number of computations in a precision.
 
-        In the bits of the first map's own computation it is one, if a sharper one follows: a second
-        one would use the second map, whose own bits are next. In these it is two where the first
-        map is as sharp. In doubles it is one if few orbits would be decided by two before the first
-        map's own computation. Integration makes a third one only in the last precision of the run
-        or of the maps; before that, one computation in the next precision settles more.
+        Three are made in the last precision, and in doubles where no sharper map follows. Before
+        that, one in the next precision settles more than a third in the same, and integration makes
+        two. Maps beyond doubles make one, or two in the most bits where they are `twice`. In
+        doubles they make one if two would decide few orbits, else two, or three where there is a
+        third map.
         """
         last = max(self.run.arithmetic.precisions)
         if bits in self.design_by_bits and bits < last:
@@ -291,7 +266,7 @@ class Maps:
         """The crossings of some columns, times t'; FAILED where an orbit leaves the tables."""
         design = self.design_of(bits, scales)
         assert design is not None
-        given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
+        given = *self._starts.of(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
         found = kernel.follow(self._program(bits, design), *given)
         return found._replace(time=found.time * float(exact(design.unit)))
 
@@ -309,7 +284,7 @@ class Maps:
         given = np.stack([a.array(x) for x in (*(states[:3] * unit), *states[3:])])
         # d and chi do not depend on the length of gamma, which other scales change.
         d, chi, image = section_point(rising, given, made.coefficients, precision(made.bits))
-        *_, e = self._begin(bits, design, columns)
+        *_, e = self._starts.of(bits, design, columns)
         x = d * (1 / made.charts[rising].forward.width)
         at = kernel.UnderWay(rising, x, chi, image, a.array(time / float(unit)))
         found = kernel.go_on(self._program(bits, design), at, e, count, self.run.jobs)
@@ -343,78 +318,3 @@ class Maps:
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
-
-    @functools.cached_property
-    def _actions(self) -> tuple[tuple[float, ...], Any]:
-        """The different J1_0 of the starts, and for each orbit the index of its own, (n,)."""
-        assert self.run.starts is not None
-        J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
-        return tuple(J1_0.tolist()), which
-
-    def _begin(self, bits: int, design: Design, columns: Any) -> tuple[Any, Any, Any]:
-        """Qp, the phase of entry and (energy - h0)/mu of some columns, (N,) each.
-
-        Qp is in the design's unit, the phase in radians. Each design shifts phases by another
-        `phase_shift` before they are rounded, so that cos and sin round differently.
-        """
-        a, phases = precision(bits), self.run.phases
-        if self.run.starts is None:
-            Qp, along, across = beginning(self.problem, design, bits)
-        else:
-            J1_0, which = self._actions
-            each = beginning(self.problem, design, bits, J1_0)
-            Qp, along, across = (x[which[columns]] for x in each)
-        theta2 = phases.near[columns]
-        shifted = theta2 + design.phase_shift
-        # Knuth's two-sum: the exact error of the rounded sum, which is added to the rest.
-        back = shifted - design.phase_shift
-        lost = (theta2 - back) + (design.phase_shift - (shifted - back))
-        rest = a.array(phases.rest[columns] + lost)
-        cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
-        # The reversor takes the start to one beside the upper orbit, psi = pi/2 - beta0/2 - theta2.
-        # The angle is recovered from cos and sin, to which its rest has been added.
-        p, *_ = _constants(self.problem, bits)
-        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.phase_shift
-        return Qp + 0 * psi, psi, along * cos + across * sin
-
-
-@functools.lru_cache(maxsize=16)
-def _constants(problem: RouteProblem, bits: int) -> tuple[Angles, Any, Any]:
-    """The body's angles, J2_0 and J1_0 of a problem, each rounded once to `bits` bits."""
-    a, guarded = precision(bits), bits + GUARD_BITS
-    angles = Angles(*map(a.number, problem.body.angles(guarded)))
-    return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0)
-
-
-def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
-    """Qp of starts in a design's unit of M, for the problem's J1_0 or for doubles in its place."""
-    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
-    J1 = J1 if J1_0 is None else a.array(np.array(J1_0))[()]
-    begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
-    return a.number(exact(unit)) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
-
-
-class Beginning(NamedTuple):
-    """Constants of the starts of a design, for one J1_0 or for each of several."""
-
-    Qp: Any
-    along: Any
-    """Coefficient of the cosine of the shifted phase in (energy - h0)/mu."""
-    across: Any
-    """Coefficient of the sine of the shifted phase in (energy - h0)/mu."""
-
-
-@functools.lru_cache(maxsize=16)
-def beginning(
-    problem: RouteProblem, design: Design, bits: int, J1_0: tuple[float, ...] | None = None
-) -> Beginning:
-    """The constants of the problem's starts, or of starts with the given J1_0, doubles."""
-    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
-    J1 = J1 if J1_0 is None else a.array(np.array(J1_0))
-    # The height is linear in cos and sin of the shifted phase: its values at 0 and pi/2 are the
-    # coefficients.
-    along, across = (
-        height(J1, J2, (p.alpha0 + p.beta0, x - design.phase_shift), a)
-        for x in (a.number(0.0), a.pi / 2)
-    )
-    return Beginning(start_Qp(problem, design.unit, bits, J1_0), along, across)

@@ -225,7 +225,8 @@ def bisect(
 def check_change(left: list[int], right: list[int], bracket: Bracket) -> None:
     """Raise NoChange unless the symbols at both ends of a bracket differ in the last one alone."""
     if left[:-1] != right[:-1] or left == right:
-        found = f"{left} at {bracket.low} and {right} at {bracket.high}"
+        low, high = map(float, (bracket.low, bracket.high))
+        found = f"{left} at {low!r} and {right} at {high!r}"
         message = f"symbol {len(left)} must change, and no other before it; it is {found}"
         where = "the first one does beside the Melnikov zeros that `rigidpend describe` tells"
         raise NoChange(f"{message}; {where}")

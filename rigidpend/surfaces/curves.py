@@ -29,8 +29,10 @@ SAMPLE, MOTION, ENERGIES = 6e-7, 2e-3, 200
 Measured with bodies of nu from 7 to 1,036, of 18 to 10,000 orbits, on a busy machine."""
 ON_SURFACE = 1e-3
 """Distance from the surface at a curve's first point, relative to that at its orbit's start."""
-AT_ONCE = 2_000_000
-"""Largest number of samples that memory holds at a time, of some 220 bytes each."""
+AT_ONCE, MOST_SAMPLES = 2_000_000, 5_000_000
+"""Largest number of samples that memory holds at a time, of some 220 bytes each, and of an orbit.
+
+With so many an orbit turns some 50,000 times: from J1_0 = 1e-8 J2_0 on at nu = 28,000."""
 CHORD = 4e-4
 """Allowed distance of a chord from its curve, in units of the window's height and half width.
 
@@ -77,6 +79,11 @@ def surface_problem(
     if not 2 * float(J1_0) < ON_SURFACE * float(found.J2_0(53)):
         broken = f"J1_0 < J2_0/{2 / ON_SURFACE:.0f} is broken: J1_0 = {J1_0}"
         raise ProblemError("J1_0", f"{broken}; orbits that start so high do not come close to S1-")
+    samples = _steps(found)[1] + 1
+    if samples > MOST_SAMPLES:
+        said = f"the body of A = ({', '.join(map(str, A))}) is too nearly symmetric"
+        turns = f"an orbit takes {samples:.2g} samples, more than {MOST_SAMPLES:.2g}"
+        raise ProblemError("bodies", f"{said}, nu = {found.body.nu:.3g}: {turns}")
     return found
 
 

@@ -8,10 +8,13 @@ heteroclinic, and these are two of them.
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
@@ -39,14 +42,17 @@ DEPTH = 76.0
 
 The part before the start, which is left out, is exp(-DEPTH/2) = 3e-17 of the increment: below
 rounding."""
+START = math.pi / 2
+"""theta2 at the start, radians."""
 NEAR, ROUNDED = 1e-12, 2e-15
-"""Allowed distance of g from +-pi/2 at the section, radians: at least, and over nu^(3/2).
+"""Change of g, radians, at which the search for an orbit ends: at least, and over nu^(3/2).
 
 theta2 turns by nu `DEPTH`/pi on its way to the section, in as many more steps, and roundings of all
-of these move g. With six nearly symmetric bodies, whose nu is 99 to 25,000, the largest of 32
-distances that secants could not lessen was 3e-16 to 9e-16 nu^(3/2)."""
-SECANTS, BEGINNINGS = 30, 8
-"""Largest number of secant steps, and the number of phases from which they begin in turn."""
+of these move g: by 3e-16 to 1e-13 nu^(3/2) in bodies of nu from 99 to 25,000."""
+LARGEST_OFF = 1e-3
+"""Distance of g from its goal, radians, beyond which it jumps over it and no orbit meets it."""
+PARTS = 64
+"""Number of parts of a period in which an orbit is sought that is not near the unperturbed one."""
 STEPS, TURN = 24, 8
 """Numbers of steps of the trapezoid rule in a time 2 pi/u: a constant one, and one for each turn.
 
@@ -55,13 +61,17 @@ be summed as if it were constant, and in coarser steps likewise, so that no diff
 would show it. Overtones from the eighth on are below rounding."""
 
 
+class Missed(ArithmeticError):
+    """Error: an orbit that does not meet the section beside its separatrix before anywhere else."""
+
+
 class Increments(NamedTuple):
     """Increments of theta3 along the separatrices 1, 2, 3, 4."""
 
     gained: Array
     """Increments along the orbits at g = pi/2 and g = -pi/2 of each separatrix, radians, (2, 4)."""
     error: Array
-    """Error of the quadrature alone, estimated with coarser steps, radians, (2, 4)."""
+    """Errors of the quadrature, estimated with coarser steps, and by that of g, radians, (2, 4)."""
 
 
 def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
@@ -72,7 +82,10 @@ def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
     found = np.zeros((2, 2, 4))
     for separatrix in (1, 2):
         s = surface(body, h0, 53, separatrix)
-        both = np.array([_gain(s, g, arithmetic) for g in (math.pi / 2, -math.pi / 2)]).T
+        orbits = [_gain(s, g, arithmetic) for g in (math.pi / 2, -math.pi / 2)]
+        gained, error, off = np.array(orbits).T
+        # Increments depend on g as far as those of the two orbits differ.
+        both = np.array([gained, error + np.abs(off) * np.ptp(gained)])
         # The reflection that takes 2 to 1 negates theta3, and so does the one from 2 to 4, 1 to 3.
         sense = {1: -1, 2: 1}[separatrix]
         found[:, :, separatrix - 1] = sense * both
@@ -80,52 +93,97 @@ def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
     return Increments(found[0], np.abs(found[1]))
 
 
-def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
-    """Find theta2_0 of the orbit of S1- that meets the section at g, and its time t' up to there.
+class FoundStart(NamedTuple):
+    """Start of an orbit of S1-, at theta2 = `START`."""
 
-    By secants, which begin anew from another phase if an orbit misses the section. Raises
-    ArithmeticError if no orbit is found.
+    depth: Any
+    """-ln(J1/J2), with guard bits."""
+    time: float
+    """Time t' from the start to the section."""
+    off: float
+    """Phase g at the section less what it is to be, radians, within half a turn."""
+
+
+def beginning(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> FoundStart:
+    """Find the start of the orbit of S1- that meets the section at g, to within rounding.
+
+    Orbits pass `START` once in each turn of theta2, and g grows with their depth there. Over the
+    phases of starts of one depth it would go to and fro where much weight lets J1 shrink in a part
+    of a turn, so that orbits pass that depth several times.
+
+    Raises ArithmeticError if no orbit is found.
     """
-    m = numbers(s.bits)
-    goal, depth, turn = m.mpf(g), m.mpf(DEPTH), 2 * m.pi
-    near = max(NEAR, ROUNDED * float(s.p.nu) ** 1.5)
-    for k in range(BEGINNINGS):
-        # Without weight g is the phase at the start plus a constant: the first slope is 1.
-        phase, slope = goal - lag(s, depth) + k * turn / BEGINNINGS, m.mpf(1)
-        before: tuple[Any, Any] | None = None
-        for _ in range(SECANTS):
-            points = meet(s, [phase], depth, arithmetic)
-            if points is None:
-                break
-            gap = points.phase[0] - goal
-            gap -= turn * m.nint(gap / turn)
-            if abs(gap) < near:
-                return float(phase), float(points.time[0])
-            if before is not None:
-                slope = (gap - before[1]) / (phase - before[0])
-            before = phase, gap
-            phase -= gap / slope
-    # If the periodic orbit has no unstable direction, and so no S1-, this raises that reason.
-    periodic_orbit(Angles(*map(float, s.p)), float(s.h0))
+    rate = float(s.p.nu) / math.pi
+    near = max(NEAR, ROUNDED * float(s.p.nu) ** 1.5) / rate
+    for ends in _brackets(s, g, rate, arithmetic):
+        try:
+            more = brentq(lambda more: _met(s, g, more, arithmetic).off, *ends, xtol=near)
+            found = _met(s, g, more, arithmetic)
+        except Missed:
+            continue
+        if abs(found.off) < LARGEST_OFF:
+            return found
     raise ArithmeticError(
         f"no orbit of S1- was found that meets the section at g = {g:.6f} before anywhere else"
     )
 
 
-def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
-    """Increment of theta3 along an orbit, over both its halves, and its error, radians.
+def _met(s: UnstableSurface, g: float, more: float, arithmetic: Arithmetic) -> FoundStart:
+    """The orbit that starts at `DEPTH` and `more`; Missed is raised if it misses the section."""
+    m, depth = numbers(s.bits), numbers(s.bits).mpf(DEPTH) + more
+    points = meet(s, [m.mpf(START)], depth, arithmetic)
+    if points is None:
+        raise Missed
+    off = points.phase[0] - g
+    return FoundStart(depth, float(points.time[0]), float(off - 2 * m.pi * m.nint(off / m.pi / 2)))
+
+
+def _brackets(
+    s: UnstableSurface, g: float, rate: float, arithmetic: Arithmetic
+) -> Iterator[tuple[float, float]]:
+    """Depths beyond `DEPTH`, in pairs: g is below its goal at the first, above it at the second.
+
+    Without weight it grows at the rate nu/pi with the depth.
+    """
+    m = numbers(s.bits)
+    first = float((g - START - lag(s, m.mpf(DEPTH))) % (2 * m.pi)) / rate
+
+    def off(more: float) -> float:
+        try:
+            return _met(s, g, more, arithmetic).off
+        except Missed:
+            return math.nan
+
+    begin, here = off(first), first
+    step = -math.copysign(max(2 * abs(begin), NEAR), begin) / rate
+    while abs(step) * rate < math.tau:
+        before, here, step = here, here + step, 2 * step
+        if not off(here) * begin > 0:
+            yield min(before, here), max(before, here)
+            break
+    # If the periodic orbit has no unstable direction, and so no S1-, this raises that reason.
+    orbit = periodic_orbit(Angles(*map(float, s.p)), float(s.h0))
+    # In a period J1 grows by the square of the multiplier: the orbits repeat.
+    depths = first + 2 * orbit.exponent_per_period * np.linspace(0, 1, PARTS + 1)
+    for below, above in itertools.pairwise([(x, off(x)) for x in depths.tolist()]):
+        if below[1] <= 0 <= above[1]:
+            yield below[0], above[0]
+
+
+def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float, float]:
+    """Increment of theta3 along an orbit, over both its halves, its error, and that of g, radians.
 
     The trapezoid rule converges exponentially on the whole line: with half the step its error is
     squared. Its nodes lie symmetrically about the section, so that the mirrored half has the same
     values.
     """
-    theta2_0, time = phase_at_start(s, g, arithmetic)
+    depth, time, off = beginning(s, g, arithmetic)
     rate = float(exponent(J2_0(s), s.p, numbers(s.bits)))
     step = math.tau / (rate * (STEPS + TURN * float(s.p.nu) / math.pi))
     # Times before the section, in whole fours of steps: coarser sums take every second or fourth.
     before = step * np.arange(4 * int(time / (4 * step)))
     # The first value is that on the section, which belongs to both halves.
-    turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), arithmetic)[:0:-1]
+    turning = _turning(s, depth, np.append(0.0, time - before[::-1]), arithmetic)[:0:-1]
     fine, coarse, coarser = (
         float(step * every * (2 * turning[::every].sum() - turning[0])) for every in (1, 2, 4)
     )
@@ -133,13 +191,13 @@ def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, 
     # The errors are C q, C q^2 and C q^4 with ever finer steps: the last follows from the first two
     # and q from their ratio. If the changes are rounding, they give no ratio below 1.
     q = min(1.0, change / before_that) if before_that else 1.0
-    return fine, change * q**2
+    return fine, change * q**2, off
 
 
-def _turning(s: UnstableSurface, theta2_0: float, times: Array, arithmetic: Arithmetic) -> Array:
-    """Rate of theta3 along the orbit of S1- with phase theta2_0, radians per t', at `times`."""
+def _turning(s: UnstableSurface, depth: Any, times: Array, arithmetic: Arithmetic) -> Array:
+    """Rate of theta3 along the orbit of S1- from a depth, radians per t', at `times`."""
     p = s.p
-    state = np.array([float(x) for x in launch(s, theta2_0, DEPTH)])
+    state = np.array([float(x) for x in launch(s, START, depth)])
     floats = AlignedCoefficients(*map(float, coefficients(s)))
     orbit = states_at(
         floats, state, times, engine=arithmetic.engine, tolerance=arithmetic.tolerance

@@ -44,7 +44,7 @@ FEWEST, SURE, MOST_ORBITS = 16, 128, 512
 
 If the curve seems to turn back in g with `SURE` orbits it really does, and no more are tried."""
 WORST = 1e3
-"""Factor by which the integration's error may exceed the expected one (`_noise`)."""
+"""Factor by which the integration's error may differ from the expected one (`_noise`)."""
 SHIFTS = ((0.125, 0), (0.625, 1))
 """Shift of the phases (in steps) and extra depth of the starts, for each of two computations.
 
@@ -110,7 +110,10 @@ def measure(
     error of `excess` that counts as resolved; mu > 0, and all orbits have the energy h0 > mu.
     """
     n = FEWEST
-    for bits in arithmetic.precisions:
+    for k, bits in enumerate(arithmetic.precisions):
+        # Rounding in this precision is far too large: the first has told how many orbits suffice.
+        if k and _noise(surface(body, h0, bits), arithmetic) > WORST * allowed:
+            continue
         # If rounding stopped the search with n orbits, n/2 of them were too few or not yet known to
         # suffice: a higher precision begins with these, and not with the fewest.
         s, n = surface(body, h0, bits), max(FEWEST, n // 2)

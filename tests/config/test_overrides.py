@@ -57,8 +57,6 @@ problem.mu=[1 | not YAML
 problem.mu=*a | anchors and aliases are not allowed
 problem.mu= | problem.mu: expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 problem.h0=-1 | problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001
-problem.A=[2, 1] | problem.A: expected 3 values, got 2
-problem.A=[2] | problem.A: expected 3 values, got 1
 problem.A=[] | problem.A: expected 3 values, got 0
 problem.A.0=0.5 | problem.A: A1 > A3 > A2 is broken
 problem.A.HUGE=1 | problem.A: has no entry

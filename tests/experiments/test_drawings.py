@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import h5py
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -24,6 +23,7 @@ from rigidpend import experiments, render
 from rigidpend.experiments import plots
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
+from tests.experiments.pages import laid_out, overlap, styled
 from tests.experiments.trees import asked, computed
 from tests.remembered import remembered
 
@@ -111,9 +111,9 @@ def words(figure: Figure) -> Iterator[Text]:
 
 def boxes_of(figure: Figure) -> list[Any]:
     """The rectangles of all words, in the figure's own pixels, not those of the image."""
-    with matplotlib.rc_context(fname=render.STYLE):
-        figure.draw_without_rendering()
-    return [x.get_window_extent() for x in words(figure) if x.get_visible() and x.get_text()]
+    return [
+        x.get_window_extent() for x in words(laid_out(figure)) if x.get_visible() and x.get_text()
+    ]
 
 
 @pytest.mark.slow
@@ -130,19 +130,18 @@ def test_words_are_on_the_page_and_none_is_upon_another(drawn: Drawn) -> None:
         assert min(box.x0, box.y0) > -edge
         assert box.x1 < made.bbox.width + edge
         assert box.y1 < made.bbox.height + edge
-    for k, box in enumerate(boxes):
+    for box in boxes:
         assert 0 <= box.x0 < box.x1 <= made.bbox.width
         assert 0 <= box.y0 < box.y1 <= made.bbox.height
-        assert not any(box.overlaps(other) for other in boxes[:k])
+    assert not overlap(boxes)
 
 
 def drawn_with(experiment: str, change: Callable[[Any], None]) -> Figure:
     """The figure of a stored result with other data."""
     result = store.load(STORED[experiment])
     change(result["data"])
-    with matplotlib.rc_context(fname=render.STYLE):
-        figure: Figure = experiments.drawing(experiment).draw(result)
-        figure.text(0, 0, "foot")
+    figure = styled(result)
+    figure.text(0, 0, "foot")
     return figure
 
 
@@ -154,8 +153,7 @@ def test_weights_that_are_no_round_numbers_have_room(experiment: str) -> None:
         data["mu_over_h0"] = data["mu_over_h0"] / 1500.7
 
     figure = drawn_with(experiment, change)
-    boxes = boxes_of(figure)
-    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
+    assert not overlap(boxes_of(figure))
     for axes in figure.axes:
         shown = [x for x in axes.get_xticklabels() if x.get_text() and x.get_visible()]
         ticks = [x.get_window_extent() for x in shown]
@@ -198,9 +196,7 @@ def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
         data["averages"]["long_orbit_error"] = error
         data["orbits"]["exponent"] = data["orbits"]["exponent"][::-1]
 
-    figure = drawn_with("closed_orbits", change)
-    boxes_of(figure)
-    for axes in figure.axes:
+    for axes in laid_out(drawn_with("closed_orbits", change)).axes:
         legend = axes.get_legend()
         assert legend is not None
         box = legend.get_window_extent()
@@ -217,11 +213,36 @@ def test_exponents_that_differ_little_are_written_whole() -> None:
         data["averages"]["long_orbit"] = 18.353
         data["averages"]["long_orbit_error"] = 1e-4
 
-    figure = drawn_with("closed_orbits", change)
-    figure.draw_without_rendering()
-    left = figure.axes[0]
+    left = laid_out(drawn_with("closed_orbits", change)).axes[0]
     assert left.yaxis.get_offset_text().get_text() == ""
     assert all(x.get_text().startswith("18.35") for x in left.get_yticklabels())
+
+
+def test_exponents_of_a_single_passage_stand_at_a_whole_number() -> None:
+    def change(data: Any) -> None:
+        data["codes"] = data["codes"][:1]
+        growth = data["growth"]
+        growth["passages"], growth["exponent"] = growth["passages"][:1], growth["exponent"][:, :1]
+
+    figure = drawn_with("exponents", change)
+    figure.draw_without_rendering()
+    above = figure.axes[0]
+    [spread] = (axes for axes in figure.axes if axes.get_xlabel() == "passages")
+    assert above.get_title("left").startswith("a)  exponents of 1 passage,")
+    low, high = spread.get_xlim()
+    assert [x for x in spread.get_xticks() if low <= x <= high] == [1]
+
+
+@pytest.mark.parametrize(("flatter", "aspect"), [(1.0, 1.0), (1e-3, "auto")])
+def test_a_hodograph_is_drawn_in_one_scale_unless_it_is_flat(flatter: float, aspect: Any) -> None:
+    """That of a nearly symmetric body was a line, beside ticks that were upon each other."""
+
+    def change(data: Any) -> None:
+        for case in data.values():
+            case["omega"][:, 0] *= flatter
+
+    figure = drawn_with("herpolhodes", change)
+    assert [axes.get_aspect() for axes in figure.axes] == ["auto", aspect] * 2
 
 
 def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
@@ -243,8 +264,7 @@ def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_r
     figure = drawn_with("asymptotic_surfaces", change)
     said = {axes.get_xlabel() for axes in figure.axes} - {""}
     assert said == {"$\\theta_1 - \\alpha_0 - \\beta_0$\n$\\Delta_1 = 7.98\\cdot 10^{-6}$ rad"}
-    boxes = boxes_of(figure)
-    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
+    assert not overlap(boxes_of(figure))
     result = store.load(STORED["asymptotic_surfaces"])
     change(result["data"])
     [table] = experiments.tables(result)
@@ -256,17 +276,15 @@ def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_r
 def test_labels_of_separatrices_that_nearly_meet_are_apart(name: str, A3: str) -> None:
     """At one place -0.0126 and 0.0127 would read as one number, and 2 be upon 3."""
     content = asked(name, f"problem.A=[1, 0.5, {A3}]", "problem.r=[1, 0, 0]")
-    loaded: Any = {"data": computed(content)}
-    with matplotlib.rc_context(fname=render.STYLE):
-        figure = experiments.drawing(content.experiment).draw(loaded)
-        figure.draw_without_rendering()
+    told = {"experiment": content.experiment}
+    figure = laid_out(styled({"attributes": told, "data": computed(content)}))
     *_, plane = figure.axes
     low = [x.get_window_extent() for x in plane.get_xticklabels()]
     point = figure.dpi / 72
     assert all(b.x0 - a.x1 > 3 * point for a, b in itertools.pairwise(low))
     numbers = [x for x in plane.texts if x.get_text() in set("1234")]
     above = [x.get_window_extent() for x in numbers]
-    assert not any(box.overlaps(other) for k, box in enumerate(above) for other in above[:k])
+    assert not overlap(above)
     rings = [ring.get_window_extent() for x in plane.texts if (ring := x.get_bbox_patch())]
     ticks = [x.get_window_extent() for x in plane.get_yticklabels()]
     assert not any(box.overlaps(other) for box in ticks for other in (*above, *rings))
@@ -278,9 +296,7 @@ def test_ticks_of_a_wide_window_are_not_upon_each_other(wide: float, times: str)
         for body in data["bodies"].values():
             body["window"] = body["centre"] + wide * body["Delta_1"] * np.array([-1, 1])
 
-    figure = drawn_with("asymptotic_surfaces", change)
-    boxes_of(figure)
-    for axes in figure.axes:
+    for axes in laid_out(drawn_with("asymptotic_surfaces", change)).axes:
         labels = [x for x in axes.get_xticklabels() if x.get_text()]
         assert [x.get_text() for x in labels] in (
             [],

@@ -4,30 +4,16 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from rigidpend import experiments
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Loaded
-from rigidpend.render import STYLE
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
+from tests.experiments.pages import laid_out, overlap, styled
 from tests.experiments.trees import reference
-
-
-def styled(result: Loaded, *, laid_out: bool = False) -> Figure:
-    """The figure of a result; laid out, its artists have their places."""
-    with matplotlib.rc_context(fname=STYLE):
-        made = experiments.drawing(result["attributes"]["experiment"]).draw(result)
-        if laid_out:
-            # With a canvas all passes measure the same text once.
-            FigureCanvasAgg(made)
-            made.draw_without_rendering()
-    return made
 
 
 def legend(figure: Figure) -> list[str]:
@@ -120,7 +106,7 @@ def test_a_finer_array_inside_of_another_is_framed(whole: Any, part: Any, frames
 def test_any_number_of_cells_is_drawn_inside_the_figure_with_their_phases(
     columns: int, rows: int, start: float
 ) -> None:
-    figure = styled(arrays(start + np.arange(columns) / 10, rows=rows), laid_out=True)
+    figure = laid_out(styled(arrays(start + np.arange(columns) / 10, rows=rows)))
     [axes] = figure.axes
     low, high = axes.get_xlim()
     ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
@@ -210,7 +196,7 @@ def test_ticks_of_a_tiny_plane_leave_room_for_each_other_and_for_its_labels() ->
     for axis, middle in (("x", 1.5), ("y", 1e-3)):
         values = result["data"][axis]
         values[:] = middle * (1 + 1e-13 * np.linspace(0, 1, len(values)))
-    figure = styled(result, laid_out=True)
+    figure = laid_out(styled(result))
     [axes] = figure.axes
     across, upwards = (
         [text.get_window_extent() for text in texts if text.get_text()]
@@ -279,10 +265,10 @@ def test_any_number_of_parts_has_its_panels_on_the_page_and_none_upon_another(
     figure = styled(result)
     boxes = [axes.get_position() for axes in figure.axes]
     assert len(boxes) == panels
-    for k, box in enumerate(boxes):
+    for box in boxes:
         assert 0 <= box.x0 < box.x1 <= 1 + 1e-9
         assert 0 <= box.y0 < box.y1 <= 1
-        assert not any(box.overlaps(other) for other in boxes[:k])
+    assert not overlap(boxes)
     assert figure.get_figwidth() <= 7.2 + 1e-9
 
 

@@ -201,26 +201,6 @@ def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
 
 
 @pytest.mark.parametrize(
-    ("energies", "told", "said"),
-    [
-        ({"h": exact("1.3342"), "h0": None}, (2.0**-30, 2.0**-20), "are not those of the config"),
-        ({"h": None, "h0": exact("1.3342")}, None, "have more energies than one"),
-    ],
-)
-def test_energies_are_those_that_the_config_asks_for(
-    data: Any, energies: dict[str, Any], told: tuple[float, float] | None, said: str
-) -> None:
-    config = asked("full_shift")
-    config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
-    more: dict[str, Any] = {}
-    if told is not None:
-        moves = np.zeros((len(data["sets"]["p"]), 1, 1))
-        more["energies"] = {"moves": moves, "shift": told[0], "spread": told[1]}
-    with pytest.raises(ArithmeticError, match=said):
-        full_shift.theorems(config, {**data, **more})
-
-
-@pytest.mark.parametrize(
     ("energies", "words"),
     [
         ({"h": exact("1.3342"), "h0": None}, "energy that differs from h by at most 0.25"),
@@ -253,22 +233,6 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
         full_shift.theorems(config, data)
     with pytest.raises(ArithmeticError, match="there is no approach"):
         full_shift.compute(asked("full_shift", *OWN, "problem.approach=a 0^50"), Means())
-
-
-@pytest.mark.parametrize(
-    ("group", "name", "said"),
-    [
-        ("sets", "b", "a set has no extent"),
-        ("proof", "terms", "the steps have other terms than are stored"),
-        ("proof", "bits", "a step has fewer bits than 1"),
-    ],
-)
-def test_arrays_that_are_no_proof_prove_nothing(
-    data: Any, group: str, name: str, said: str
-) -> None:
-    wrong = {**data[group], name: np.zeros_like(data[group][name])}
-    with pytest.raises((ArithmeticError, ValueError), match=f"^{said}"):
-        full_shift.theorems(asked("full_shift"), {**data, group: wrong})
 
 
 def test_bounds_are_rounded_outward() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from rigidpend.experiments.heteroclinic_cycle import draw
 from rigidpend.mechanics.equations import eq1
+from tests.experiments.pages import overlap
 from tests.experiments.trees import asked, computed, reference
 
 OTHER = ["problem.A=[2, 1, 1.2]", "problem.r=[3, 1, 0]"]
@@ -64,7 +65,7 @@ def test_numbers_of_separatrices_stay_apart_where_these_nearly_meet(A: str) -> N
     rings = [ring for text in texts if (ring := text.get_bbox_patch())]
     boxes = [ring.get_window_extent() for ring in rings]
     assert len(boxes) == 10
-    assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
+    assert not overlap(boxes)
     names = [text.get_window_extent() for text in texts if "rectangle" in text.get_text()]
     places = axes.transData.transform([(x, 0) for x in data["vertices"]["theta1"]])[:, 0]
     assert len(names) == 2

@@ -6,11 +6,9 @@ That free bodies move along such curves is tested with `mechanics.free_body`.
 import copy
 from typing import Any
 
-import matplotlib
 import pytest
 
-from rigidpend import render
-from rigidpend.experiments.phase_portraits.draw import draw
+from tests.experiments.pages import laid_out, styled
 from tests.experiments.trees import asked, computed, differences, unlike_stored
 
 
@@ -40,11 +38,8 @@ def test_names_of_the_axes_are_beside_the_sphere_from_wherever_it_is_seen(
 ) -> None:
     """Not off the page, and not upon the legend below."""
     turned = f"problem.view.azimuth={azimuth}", f"problem.view.elevation={elevation}"
-    loaded: Any = {"data": computed(asked("fig1", *turned))}
-    with matplotlib.rc_context(fname=render.STYLE):
-        figure = draw(loaded)
-        figure.draw_without_rendering()
-    sphere, _ = figure.axes
+    told, data = {"experiment": "phase_portraits"}, computed(asked("fig1", *turned))
+    sphere, _ = laid_out(styled({"attributes": told, "data": data})).axes
     panel = sphere.get_window_extent()
     named = [text for text in sphere.texts if text.get_text().startswith("$M")]
     assert len(named) == 3

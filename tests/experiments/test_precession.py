@@ -64,7 +64,12 @@ def test_a_body_without_such_orbits_is_named() -> None:
 
 def test_the_largest_error_of_the_quadrature_counts() -> None:
     found = Increments(np.zeros((2, 4)), np.arange(8.0).reshape(2, 4))
-    assert 7 < uncertainty(found, 1.0) < 7 + 1e-9
+    assert 7 < uncertainty(found, 1.0, 1.0) < 7 + 1e-9
+
+
+def test_rounding_of_ever_more_steps_counts() -> None:
+    found = Increments(np.zeros((2, 4)), np.zeros((2, 4)))
+    assert [uncertainty(found, 2.0, nu) for nu in (4.0, 1500.0)] == pytest.approx([2e-13, 2e-12])
 
 
 STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))
@@ -93,7 +98,8 @@ def test_an_order_holds_or_does_not(
 
 def test_increments_are_not_called_none_where_weights_are_too_few_for_a_slope() -> None:
     two = "problem.mu=[0.01, 0.1]", "problem.drawn=0.1"
-    data = computed(asked("precession", *two))
+    bodies = "{ii: {A: [2, 1, 1.5], r: [1, 3, 0]}, iii: {A: [2, 1, 1.5], r: [1, sqrt(2), 0]}}"
+    data = computed(asked("precession", f"problem.bodies={bodies}", *two))
     assert np.isnan(data["bodies"]["slope"]).all()
     loaded: Any = {"data": data}
     figure = draw(loaded)

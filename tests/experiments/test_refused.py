@@ -46,6 +46,9 @@ REFUSED = {
         **dict.fromkeys(
             ("problem.beta0=4", "problem.beta0=-1"), "problem.beta0: 0 <= beta0 <= pi is broken"
         ),
+        "problem.bodies.b=[2, 1, 1.999999995]": "problem.bodies: the body of"
+        " A = (2, 1, 1.999999995) is too nearly symmetric, nu = 3.14e+04:"
+        " an orbit takes 5.7e+06 samples",
         "problem.beta0=alpha": "problem.beta0: 'alpha' is not understood",
         "problem.mu=-1": "problem.mu: mu >= 0 is broken",
         "problem.mu=0": "problem.mu: mu >= 1e-12 h0 is broken: mu = 0, h0 = 1",
@@ -143,6 +146,7 @@ ACCEPTED = {
     "fig1": ["problem.view.elevation=pi/2", "problem.points=9", "problem.heights=[0.001, 0.999]"],
     "fig3": [
         "problem.mu=2e-12",
+        "problem.bodies.b=[2, 1, 1.99999999]",
         "problem.half_width=1.001",
         "problem.half_width=100",
         "problem.theta2_0.count=10000",

@@ -1,6 +1,5 @@
 """Orbits that maps leave open, handed over from an integration to a map."""
 
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -55,7 +54,7 @@ def open_(known: Decided) -> Any:
 @pytest.fixture(scope="module")
 def exact(maps: Maps) -> Crossings:
     """What more bits find without a map."""
-    return maps.run.crossings(212, certainty.SECOND_SCALES, np.arange(len(PHASES)))
+    return maps.run.crossings(160, certainty.THIRD_SCALES, np.arange(len(PHASES)))
 
 
 @pytest.fixture(scope="module")
@@ -190,9 +189,6 @@ def test_a_map_takes_over_where_an_error_has_grown_by_what_more_bits_gain(
     assert LATEST * 20 == 14
     maps, known = told(error, established)
     assert handover.handover(maps, 31, np.zeros(1, dtype=int), known).tolist() == [expected]
-
-
-Spoil: Any = Callable[[Crossings, Any], None]
 
 
 def mirrored(known: Crossings, at: Any) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.numbers.exact import PRECISIONS, context, exact
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
@@ -19,6 +20,7 @@ from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty, choice, costs, mapped
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
+from rigidpend.routes.start import Scales
 from tests.bodies import problem
 
 PHASES = np.linspace(0.01, 6.27, 120)
@@ -193,15 +195,62 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     assert [maps.design_of(53, scales) for scales in every] == [FIRST, SECOND, None]
 
 
-def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_of_their_tables() -> None:
-    """Tables of 75 bits have 81, which are too near to 88; those of 64 have 70."""
-    maps, found = mapped.Maps(run()), list[Any]()
-    # Maps in doubles do not count with their tables.
-    for bits in (75, 64, 53):
-        found.append(maps.beyond)
-        maps.design_by_bits.pop(bits, None)
-    asked = 106, 120, 131, 160
-    assert found == [asked, (88, *asked), (64, 76, 88, *asked)]
+@pytest.mark.parametrize(
+    ("unsettled", "rungs"), [((), ()), ((75,), (88,)), ((75, 72), (88,)), ((64,), (64, 76, 88))]
+)
+def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_that_they_count_for(
+    unsettled: tuple[int, ...], rungs: tuple[int, ...], but: Callable[..., Asked]
+) -> None:
+    """Maps of 75 bits count for 83, too near to 88, those of 72 for 80, and doubles for doubles."""
+    but(*unsettled)
+    assert mapped.Maps(run()).beyond == (*rungs, 106, 120, 131, 160)
+
+
+@pytest.mark.parametrize(
+    ("unsettled", "bits", "known", "less"),
+    [
+        ((), 94, 75, 0),
+        ((), 93, 75, 1),
+        ((), 83, 75, 11),
+        ((), 82, 64, 1),
+        ((), 76, 64, 7),
+        ((75,), 91, 72, 0),
+        ((75,), 88, 72, 3),
+        ((64,), 64, 53, 0),
+    ],
+)
+def test_an_integration_must_agree_with_a_map_as_if_that_had_eight_more_bits(
+    unsettled: tuple[int, ...],
+    bits: int,
+    known: int,
+    less: int,
+    but: Callable[..., Asked],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The limit is halved for each bit `less` than eleven between them; doubles have no more."""
+    but(*unsettled)
+    maps = mapped.Maps(run(precisions=(53, bits)))
+    assert maps.most_bits == known
+    seen = maps.crossings(53, certainty.FIRST_SCALES, np.arange(len(PHASES)))
+    late = np.resize([0.99, 1.01], len(PHASES)) * certainty.LIMIT_OF_UNEQUAL / 2**less
+    last = known, BOTH[known == 53]
+
+    def computed(by: Any, columns: Any) -> Crossings:
+        found = columns_of(seen, columns)
+        return found._replace(time=found.time + by / maps.run.rate)
+
+    def followed(_: Any, bits: int, scales: Scales, columns: Any) -> Crossings:
+        # All computations by maps but the last one are far from it and from one another.
+        return computed(((bits, scales) != last) * (bits + float(scales.momentum)), columns)
+
+    def integrated(_: Any, bits: int, scales: Scales, columns: Any) -> Crossings:
+        first = bits > 53 and scales == certainty.FIRST_SCALES
+        return computed(late[columns] if first else 1.0, columns)
+
+    monkeypatch.setattr(mapped.Maps, "crossings", followed)
+    monkeypatch.setattr(Run, "crossings", integrated)
+    found = choice.by_maps(maps, sampled=False)
+    assert found.certain.all(axis=0).tolist() == [True, False] * (len(PHASES) // 2)
 
 
 @pytest.mark.parametrize(("rotations", "keeps"), [(20.0, 97), (19.9, 106)])
@@ -211,29 +260,27 @@ def test_where_passages_are_very_deep_pairs_count_as_less_and_109_bits_follow(
     monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
     maps = mapped.Maps(run())
     assert maps.twice
-    assert maps.counted(106) == keeps
+    assert [maps.counted(bits) for bits in (82, 90, 106)] == [82, 90, keeps]
     assert maps.beyond == (106, *([109] if keeps == 97 else []), 120, 131, 160)
-    # Less sharp maps, as where these do not converge.
+    # The first map alone, as where bits near 90 are asked for.
     maps.design_by_bits.pop(90)
-    assert maps.counted(106) == 106
+    assert [maps.counted(bits) for bits in (82, 106)] == [90, 106]
 
 
 @pytest.mark.parametrize(
     ("precisions", "served"),
     [
+        ((53, 82), [82]),
+        ((53, 89, 160), []),
         ((53, 90), [82, 90]),
-        ((53, 91, 160), []),
-        ((53, 97), []),
+        ((53, 97), [82]),
         ((53, 98), [82, 90]),
-        ((53, 82, 97), []),
-        ((53, 82, 98), [82, 90]),
         ((53, 80, 160), [90]),
     ],
 )
-def test_maps_of_deep_passages_serve_bits_that_are_far_above_their_tables(
+def test_maps_of_deep_passages_serve_that_are_eight_bits_from_what_is_asked_for(
     precisions: tuple[int, ...], served: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Maps of 82 bits err less than integrations of as many."""
     monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
     maps = mapped.Maps(run(precisions=precisions))
     assert list(maps.design_by_bits) == served

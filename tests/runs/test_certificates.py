@@ -105,20 +105,6 @@ def test_a_certificate_of_other_phases_is_made_anew(
     assert one != other, "nor do parts of an interrupted run count"
 
 
-def test_parts_of_a_proof_count_for_one_problem_and_one_code_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(certificates, "Parts", parts := Mock(side_effect=Proving))
-    path = written(tmp_path, TINY, "tiny.yaml")
-    for settings, code in (([], "a"), ([], "a"), (["problem.mu=0.002"], "a"), ([], "b")):
-        monkeypatch.setattr(certificates, "code_hash_of", lambda _, code=code: code)
-        with pytest.raises(Proving):
-            certificates.certify(loading.load(path, settings), tmp_path, jobs=1, report=tell_nobody)
-    first, again, *others = (call.args[1] for call in parts.call_args_list)
-    assert first == again
-    assert len({first, *others}) == 3
-
-
 def test_each_orbit_that_is_not_wholly_proven_is_named_with_its_reason() -> None:
     codes = np.array([[0, 1, 255], [1, 255, 255]], dtype=np.uint8)
     group = {"codes": codes, "theta2_0": np.array(["1", "1.1", "1.2"])}

@@ -142,7 +142,7 @@ def test_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
         [(worker, count)] = json.loads(other["provenance"]["workers"]).items()
         assert count == (2 if "certificate" in name else 1)
         assert re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker)
-    codes = [x for code in ("01", "10") for x in ("--code", code)]
+    codes = [x for code in ("0^12 1^11", "1^12 0^11") for x in ("--code", code)]
     here, there = (call(tmp_path, "find", *codes, *more) for more in (("-j", "1"), far))
     assert (here.returncode, here.stdout) == (0, there.stdout)
 

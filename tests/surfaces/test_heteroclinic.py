@@ -18,7 +18,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import heteroclinic
 from rigidpend.surfaces.heteroclinic import increments
-from rigidpend.surfaces.surface_orbits import surface
+from rigidpend.surfaces.surface_orbits import launch, surface
 from tests.orbits.integrate.problems import find, theta1_on
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.05")
@@ -134,7 +134,7 @@ def test_theta3_is_followed_by_the_engine_that_is_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     followed = Mock(wraps=states_at)
-    monkeypatch.setattr(heteroclinic, "phase_at_start", lambda *_: (1.0, 40.0))
+    monkeypatch.setattr(heteroclinic, "beginning", lambda *_: (76.0, 40.0, 0.0))
     monkeypatch.setattr(heteroclinic, "states_at", followed)
     increments(GENERIC, H0, resolve("scipy", 1e-9))
     for call in followed.call_args_list:
@@ -142,20 +142,30 @@ def test_theta3_is_followed_by_the_engine_that_is_asked_for(
     assert followed.called
 
 
-def test_secants_that_lead_nowhere_begin_anew() -> None:
-    """Where the weight is strong, g is far from even in the phase of the start."""
-    body = Body(A=(2, "1.141", "1.696"), r=("0.921", "0.389", 0), mu="0.6")
-    s = surface(body, H0, 53, 2)
-    found, _ = heteroclinic.phase_at_start(s, math.pi / 2, ARITHMETIC)
-    assert found % math.tau == pytest.approx(1.7224, abs=1e-4), "by bisection"
+@pytest.mark.parametrize(
+    "body",
+    [
+        # J1 shrinks in a part of each turn: over phases of starts g goes to and fro.
+        Body(A=(2, "1.1855703", "1.1856898"), r=("0.4798", "0.8774", 0), mu="0.00881"),
+        # g leaps over more than half a turn of all depths in a few of them.
+        Body(A=(2, "0.42349489", "1.9886207"), r=(1, 1, 0), mu="0.0985"),
+    ],
+)
+def test_orbits_are_found_and_right_where_the_weight_acts_strongly(body: Body) -> None:
+    found = increments(body, H0, ARITHMETIC).gained[:, 1]
+    s = surface(body, H0, 53)
+    for gained, g in zip(found, (math.pi / 2, -math.pi / 2), strict=True):
+        depth, time, off = heteroclinic.beginning(s, g, ARITHMETIC)
+        assert abs(off) < 1e-7
+        start = [float(x) for x in launch(s, heteroclinic.START, depth)]
+        end = states_at(field(body), [*start, 0.0], [time], engine="scipy")[:, -1]
+        # On the section gamma is across the axis of rotation: the orbit is its own mirror image.
+        assert end[[2, 5]] == pytest.approx([0, 0], abs=1e-6)
+        assert 2 * end[6] == pytest.approx(gained, abs=1e-6)
 
 
-def test_secants_end_where_roundings_of_many_turns_keep_g_from_its_goal(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_search_ends_where_roundings_of_many_turns_keep_g_from_its_goal() -> None:
     """A nearly symmetric body turns 2,400 times on its way: g is known to 1e-11 only."""
-    monkeypatch.setattr(heteroclinic, "SECANTS", 5)
-    monkeypatch.setattr(heteroclinic, "BEGINNINGS", 1)
     body = Body(A=(16, 8, "15.9999"), r=(1, "0.7", 0), mu="1e-6")
     unit = float(body.mu) * body.nu
     np.testing.assert_allclose(
@@ -166,15 +176,22 @@ def test_secants_end_where_roundings_of_many_turns_keep_g_from_its_goal(
     )
 
 
+def test_what_g_is_off_by_counts_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a share of what the two orbits differ by: here they are cut off at unlike times."""
+    monkeypatch.setattr(heteroclinic, "beginning", lambda s, g, _: (76.0, 40.0 + g, 0.5))
+    found = increments(GENERIC, H0, resolve("scipy", 1e-9))
+    apart = np.ptp(found.gained, axis=0)
+    assert apart.min() > 0
+    assert (found.error >= apart / 2).all()
+
+
 def test_an_elliptic_periodic_orbit_is_said_to_have_no_surface() -> None:
     body = Body(A=(2, "1.304", "1.354"), r=("0.666", "0.746", 0), mu="0.6")
     with pytest.raises(ArithmeticError, match=r"not hyperbolic: .* sum 0\.976049"):
         increments(body, H0, ARITHMETIC)
 
 
-def test_an_orbit_that_is_not_found_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heteroclinic, "SECANTS", 9)
-    monkeypatch.setattr(heteroclinic, "BEGINNINGS", 2)
+def test_an_orbit_that_is_not_found_is_an_error() -> None:
     body = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.95")
     with pytest.raises(ArithmeticError, match=r"meets the section at g = -?1\.57"):
         increments(body, H0, ARITHMETIC)

@@ -14,7 +14,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
-from rigidpend.surfaces.heteroclinic import phase_at_start
+from rigidpend.surfaces.heteroclinic import START, beginning
 from rigidpend.surfaces.splitting import MOST_HARMONICS, derivative, distance, harmonics, measure
 from rigidpend.surfaces.surface_orbits import (
     Points,
@@ -70,12 +70,10 @@ def test_a_curve_that_turns_back_somewhere_has_no_harmonics(turning: float, know
 def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:
     """The independent truth: S2+ by real backward integration, both surfaces at one phase."""
     s = surface(GENERIC, H0, 53)
-    depth = M.mpf(76)
-    forward, _ = phase_at_start(s, g, ARITHMETIC)
-    on_S1 = meet(s, [M.mpf(forward)], depth, ARITHMETIC)
+    on_S1 = meet(s, [M.mpf(START)], beginning(s, g, ARITHMETIC).depth, ARITHMETIC)
     assert on_S1 is not None
-    mirrored, time = phase_at_start(s, math.pi - g, ARITHMETIC)
-    state = np.array([float(x) for x in launch(s, M.mpf(mirrored), depth)])
+    depth, time, _ = beginning(s, math.pi - g, ARITHMETIC)
+    state = np.array([float(x) for x in launch(s, M.mpf(START), depth)])
     start = state * [1, 1, -1, 1, 1, -1]
     numbers_of = AlignedCoefficients(*map(float, coefficients(s)))
     end = states_at(numbers_of, start[:, None], [0.0, -time])[:, -1, 0]
@@ -229,3 +227,14 @@ def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
         found.append(np.array(told[0], dtype=float))
     assert np.abs(found[0]).max() > 1e-5
     assert np.ptp(found, axis=0).max() < 1e-15
+
+
+def test_precisions_whose_rounding_is_far_too_large_are_not_tried() -> None:
+    """Of nu = 185 not even 160 bits resolve anything, and take a quarter of a minute."""
+    body = Body(A=(2, "1.9625", "1.98948"), r=(1, 0, 0), mu="5.8e-5")
+    found = measure(body, H0, ALLOWED, resolve(precisions=(53, 106, 160)))
+    assert (found.resolved, found.bits) == (False, 53)
+    # Others are, of which doubles tell nothing either.
+    body = Body(A=(2, "1.9", "1.96"), r=(1, 1, 0), mu="1e-5")
+    found = measure(body, H0, 1e-4, resolve(precisions=(53, 106)))
+    assert (found.resolved, found.bits) == (True, 106)

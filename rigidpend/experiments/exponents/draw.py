@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.exponents import LOG10_J1_0
 from rigidpend.experiments.shared import MEANING
-from rigidpend.machine.wording import Column, Table
+from rigidpend.machine.wording import Column, Table, counted
 
 SHADES = ("#cfe3f1", "#8fbfdf")
 """Colours of the spread's wider and narrower band."""
@@ -41,7 +40,8 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     plots.draw_changes(axes, x, y, data["codes"], CHANGES)
     axes.set(xlabel=plots.axis_label(MEANING["theta2_0"]), ylabel=plots.axis_label(LOG10_J1_0))
     axes.set_ylim(*plots.cell_ends(y))
-    said = rf"exponents of {len(data['codes'])} passages, Euclidean norm of $(M', \gamma)$"
+    passages = counted(len(data["codes"]), "passage")
+    said = rf"exponents of {passages}, Euclidean norm of $(M', \gamma)$"
     marked = float(data["marked"])
     # A config's own action may be none of the plane.
     if plots.holds(y, marked):
@@ -60,7 +60,7 @@ def _draw_spread(axes: Axes, growth: Data) -> None:
         axes.fill_between(n, low, high, color=SHADES[k], lw=0, label=said)
     axes.plot(n, growth["exponent"][middle], "o-", color=plots.BLUE, ms=4, lw=1, label="median")
     axes.set_ylim(bottom=0)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_xticks(n)
     axes.set(xlabel="passages", ylabel="exponent per passage")
     axes.legend(fontsize=7.5)
     plots.title(axes, "b", "over fewer passages")

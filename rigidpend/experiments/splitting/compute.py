@@ -19,10 +19,11 @@ from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.melnikov import decay
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
 
-BEGIN, ORBIT, ORBITS = 0.2, (2e-4, 3.5e-3), 1200
-"""Seconds of any run, seconds of an orbit in doubles or pairs of doubles, orbits per mu/h0.
+BEGIN, ORBIT, FURTHER, ORBITS = 0.2, {53: 2e-4, 106: 3.5e-3}, 0.1, 1200
+"""Seconds of any run, seconds of an orbit by its bits and with more, orbits per mu/h0.
 
-The shipped config took 5.7 s of a core, half of it in pairs."""
+The shipped config took 5.7 s of a core, half of it in pairs of doubles. An orbit in 160 bits took
+0.03 to 0.1 s, at nu of 62 and 185; beyond doubles some nu orbits more are needed."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases at which the search for the largest distance begins, radians."""
 PARABOLAS = GRID[1] - GRID[0], 1e-4
@@ -48,15 +49,20 @@ def compute(config: Config, means: Means) -> Tree:
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores.
 
-    Doubles resolve a distance as long as their rounding is below the admitted error; a large nu
-    makes the distance small beside it. A larger weight takes more orbits for a curve.
+    Numbers resolve a distance as long as their rounding is below the admitted error; a large nu
+    makes the distance small beside it. A larger weight takes more orbits for a curve. What no
+    precision resolves is tried in the first alone.
     """
     problem, ratio = config.problem, mu_over_h0(config.problem)
     orbits = FEWEST + ORBITS * ratio
     seconds = BEGIN
     for shape in problem.bodies.values():
-        doubles = DEFAULT_TOLERANCE["taylor"] < decay(shape.body.nu) * admitted(ratio)
-        seconds += float((orbits * np.where(doubles, *ORBIT)).sum())
+        nu = shape.body.nu
+        each = orbits * ORBIT[53]
+        for bits in sorted(config.numerics.precisions, reverse=True):
+            told = DEFAULT_TOLERANCE["taylor"] * 2.0 ** (53 - bits) < decay(nu) * admitted(ratio)
+            each[told] = (orbits + nu * (bits > 53))[told] * ORBIT.get(bits, FURTHER)
+        seconds += float(each.sum())
     return seconds
 
 

@@ -370,8 +370,8 @@ def _attempt(
 def _floquet_exponent(body: Body, low: float, high: float) -> float:
     """The Floquet exponent per radian of psi in the middle of the interval.
 
-    Raises MapError if there or at either end the periodic orbit is not hyperbolic with a positive
-    multiplier.
+    Raises MapError if there or at either end the periodic orbit is not hyperbolic, or turns in
+    theta1: with an odd number of turns its multiplier is negative.
     """
     found = []
     for h in (low, (low + high) / 2, high):
@@ -381,8 +381,8 @@ def _floquet_exponent(body: Body, low: float, high: float) -> float:
             raise MapError(f"at the energy {h:.6g}: {error}") from None
         if orbit.turns:
             raise MapError(
-                f"at the energy {h:.6g} the multiplier {orbit.multiplier:.6g} is negative: "
-                "the normal form would have twice the period"
+                f"at the energy {h:.6g} theta1 turns {orbit.turns} times in a period: "
+                "in the normal form it comes back; take less weight"
             )
         found.append(orbit.exponent_per_period / (2 * math.pi))
     return abs(found[1])

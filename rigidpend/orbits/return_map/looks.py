@@ -64,7 +64,7 @@ SLOWEST = 0.05
 MOST_DEGREE = 60
 """Largest degree of the normal form in doubles; with more bits it grows in proportion to them.
 
-Tables in doubles that take the degree 51 take a second, those that take 71 and 93 three and six."""
+In doubles tables of the degree 51 take a second, and those of 71 and 93 three and six."""
 ENDS = 16
 """Phases at the ends of a table's width at which the second look measures where arcs end."""
 

@@ -32,6 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from rigidpend.machine.wording import counted
 from rigidpend.numbers import Array
@@ -162,7 +163,7 @@ class _Arcs:
         # A logistic grid. Near an end |U| is proportional to the distance from it, so that a factor
         # exp(-pi Lambda) in the distance is one half rotation more of chi.
         step = math.pi * self.level.exponent / PER_CELL
-        shares = 1 / (1 + np.exp(-step * np.arange(-reach, reach + 1)))
+        shares = expit(step * np.arange(-reach, reach + 1))
         self.b = self.low[:, None] + self.width[:, None] * shares
         seen = track(self.level, self.b.ravel(), self.n)
         self.U, self.inside = seen.U.reshape(self.b.shape), seen.inside.reshape(self.b.shape)

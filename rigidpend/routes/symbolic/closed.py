@@ -145,6 +145,8 @@ def closed_orbit(
         The word is not a word, or the energy is not a number.
     MapError
         The body's orbits have no return map.
+    OverflowError
+        Deviations grow in a period by more than doubles hold.
     """
     address = parsed(word)
     if address.half_turns is not None or len(address.symbols) > MOST_SYMBOLS:
@@ -184,7 +186,14 @@ def _monodromy(chain: Chain, signs: Signs) -> Array:
     _, by, _ = System(chain.level, None, signs, 0.0).evaluated(chain.unknowns)
     before, behind = np.moveaxis(by[:, :2], -1, 0), np.moveaxis(by[:, 2:], -1, 0)
     steps = -np.linalg.solve(behind, before)
-    return functools.reduce(lambda whole, step: step @ whole, steps, np.eye(2))
+    with np.errstate(over="ignore", invalid="ignore"):
+        whole = functools.reduce(lambda whole, step: step @ whole, steps, np.eye(2))
+    if not np.isfinite(whole).all():
+        raise OverflowError(
+            f"in a period of {len(steps)} passages deviations grow by more than doubles hold: take"
+            " a shorter word, or give passages fewer half rotations"
+        )
+    return whole
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:

@@ -30,7 +30,7 @@ from rigidpend.orbits.return_map.conjugacy import TorusRates
 from rigidpend.orbits.return_map.passage import Entered
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.mapped import check_start, start_Qp
+from rigidpend.routes.map_start import check_start, start_Qp
 from rigidpend.routes.problem import RouteProblem
 
 Mask: TypeAlias = NDArray[np.bool_]

@@ -87,10 +87,11 @@ def test_numbers_of_terms_may_be_as_short_as_they_are(stored: Stored) -> None:
 
 
 def test_what_is_no_set_is_refused(stored: Stored) -> None:
-    """One without a curve, and what is no number."""
+    """One without a curve, a width or a slope, and what is no number."""
     sets = stored.data["sets"]
-    with pytest.raises(ValueError, match="no extent"):
-        unpacked_quads({**sets, "p": np.zeros((4, 0))})
+    for name, nothing in (("p", np.zeros((4, 0))), *((x, np.zeros(4)) for x in ("a", "b", "l1"))):
+        with pytest.raises(ValueError, match="no extent"):
+            unpacked_quads({**sets, name: nothing})
     for wrong in (np.nan, np.inf):
         with pytest.raises(ValueError, match="not finite"):
             unpacked_quads({**sets, "a": np.array([1, 1, 1, wrong])})

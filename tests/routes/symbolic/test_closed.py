@@ -76,6 +76,12 @@ def test_a_period_that_grows_roundings_too_much_is_not_verified() -> None:
         closing(orbit)
 
 
+def test_a_multiplier_beyond_doubles_is_refused_and_not_infinite() -> None:
+    assert closed_orbit(BODY, "0", h=H, half_turns=200).exponent > 100
+    with pytest.raises(OverflowError, match="6 passages deviations grow by more than doubles hold"):
+        closed_orbit(BODY, "001", h=H, half_turns=200)
+
+
 def test_other_orbits_begin_in_the_other_cell() -> None:
     """With 0 and 1 exchanged they are alike to first order in mu, and no further."""
     one, other = (closed_orbit(BODY, word, h=H, half_turns=TURNS) for word in ("01", "b 10"))
