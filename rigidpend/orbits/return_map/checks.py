@@ -32,8 +32,8 @@ CHART_FACTOR = 16
 """Factor of the stated error of a chart over the largest difference at held-out points.
 
 Tables and held-out arcs share a normal form, and its error. With 53 bodies drawn by lot, 400 points
-each, errors by a normal form of more terms were up to 12.7 times the difference; of maps of one
-energy, whose tables add little to it, they were up to 14.0 times, with 114 bodies."""
+each, errors by a normal form of more terms were up to 8.3 times the difference; of maps of one
+energy, whose tables add little to it, they were up to 14.4 times, with 114 bodies."""
 INVERSE_FACTOR = 4
 """Factor of the stated error of an inverse chart over the largest one at held-out points.
 
