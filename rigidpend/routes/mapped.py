@@ -56,7 +56,7 @@ Its tables have six more (`build.SPARE_BITS`). With eight bodies at 4 to 9 rotat
 The integration erred by more than R times its difference from the map in 0.33/R, 0.11/R, 0.04/R,
 0.008/R and 0.001/R of them, for R of 0.3 to 10; beside maps of 64 and 72 bits it was the same. A
 limit for all the bits between them would leave one in 700 to 20,000 of those that err by a radian
-wrong; that for eight bits less leaves one in 110,000 to 680,000, and one in 58,000 with the worst
+wrong; that for eight bits less leaves one in 110,000 to 680,000, and one in 56,000 with the worst
 of the bodies. Beside maps of 82 bits, of deep passages, it leaves one in 70,000 at most."""
 DESIGNS = {FIRST_SCALES: FIRST, SECOND_SCALES: SECOND, THIRD_SCALES: THIRD}
 """The map that takes the place of an integration in some scales; its unit of M is the same."""

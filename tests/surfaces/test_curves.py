@@ -1,5 +1,6 @@
 """Curves on S1- and S2+ against Hamilton's equations, forward and really backward in time."""
 
+import contextlib
 import math
 from typing import Any
 from unittest.mock import Mock
@@ -12,7 +13,7 @@ from rigidpend.mechanics.equations import aligned_coefficients, eq1
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 from rigidpend.surfaces import curves as surfaces
 from rigidpend.surfaces.curves import (
@@ -141,6 +142,15 @@ def test_where_the_pendulum_motion_is_elliptic_there_is_no_surface() -> None:
     assert S1_minus(problem, np.array([0.3]), 1.0, "taylor").offsets.size == 2
     with pytest.raises(ArithmeticError, match=r"no S1- of the energy 0\.4098.* between -2 and 2"):
         S1_minus(problem, np.array([0.3, -0.3]), 1.0, "taylor")
+
+
+@pytest.mark.parametrize(("A3", "refused"), [("1.99999999340", False), ("1.99999999344", True)])
+def test_an_orbit_of_more_samples_than_memory_holds_is_refused(A3: str, refused: bool) -> None:
+    """The number of samples grows with nu, by 0.3 % between the two bodies."""
+    given = [exact(x) for x in ("2", "1", A3)], None, exact("0.001"), exact("2"), exact("1e-8")
+    reason = pytest.raises(ProblemError, match="too nearly symmetric")
+    with reason if refused else contextlib.nullcontext():
+        assert surfaces.surface_problem(*given).body.nu > 27_000
 
 
 def test_many_orbits_are_followed_some_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:

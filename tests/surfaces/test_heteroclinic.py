@@ -1,5 +1,6 @@
 """What theta3 gains: separatrices 1 to 4 integrated directly, orders in mu, the Hess case."""
 
+import contextlib
 import math
 from typing import Any
 from unittest.mock import Mock
@@ -172,6 +173,21 @@ def test_a_search_ends_where_roundings_of_many_turns_keep_g_from_its_goal() -> N
         rtol=0,
         atol=2e-8 * unit,
     )
+
+
+@pytest.mark.parametrize("found", [True, False])
+def test_an_orbit_is_none_where_g_leaps_over_its_goal(
+    found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    off = 0.99e-3 if found else 1.01e-3
+
+    def leap(s: Any, starts: Any, depth: Any, arithmetic: Any) -> Any:
+        return Mock(phase=[math.copysign(off, depth - heteroclinic.DEPTH - 1)], time=[40.0])
+
+    monkeypatch.setattr(heteroclinic, "meet", leap)
+    s = surface(GENERIC, H0, 53)
+    with contextlib.nullcontext() if found else pytest.raises(ArithmeticError, match="no orbit"):
+        assert abs(heteroclinic.beginning(s, 0.0, ARITHMETIC).off) == off
 
 
 def test_what_g_is_off_by_counts_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:

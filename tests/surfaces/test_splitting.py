@@ -238,3 +238,8 @@ def test_precisions_whose_rounding_is_far_too_large_are_not_tried() -> None:
     body = Body(A=(2, "1.9", "1.96"), r=(1, 1, 0), mu="1e-5")
     found = measure(body, H0, 1e-4, resolve(precisions=(53, 106)))
     assert (found.resolved, found.bits) == (True, 106)
+    # Those whose rounding is a thousand times too large at most are.
+    s, one = surface(body, H0, 106), resolve(precisions=(53, 106))
+    noise = one.tolerance * 2.0**-53 * float(s.p.mu / s.h0 / splitting.amplitude(s))
+    for times, bits in ((990, 106), (1010, 53)):
+        assert measure(body, H0, noise / times, one).bits == bits

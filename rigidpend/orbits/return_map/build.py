@@ -382,7 +382,7 @@ def _floquet_exponent(body: Body, low: float, high: float) -> float:
         if orbit.turns:
             raise MapError(
                 f"at the energy {h:.6g} theta1 turns {orbit.turns} times in a period: "
-                "in the normal form it comes back; take less weight"
+                "the normal form is that of orbits along which it does not; take less weight"
             )
         found.append(orbit.exponent_per_period / (2 * math.pi))
     return abs(found[1])
