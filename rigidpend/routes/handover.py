@@ -24,6 +24,7 @@ from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.mapped import Maps
+from rigidpend.routes.problem import narrower
 from rigidpend.routes.run import tolerance_of
 from rigidpend.routes.start import Scales
 
@@ -57,8 +58,9 @@ def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequenc
         found.outcome[:] = Outcome.FAILED
         which = (maps.last + 1 + ladder.index(bits)) % 2
         # Integration in pairs of doubles is only as much sharper than the map as what they keep.
-        more = certainty.kept_bits(bits) - maps.built_bits[which]
-        at = handover(maps, more, columns, known)
+        fewer = narrower(maps.problem)
+        more = certainty.kept_bits(bits) - maps.built_bits[which] - fewer
+        at = handover(maps, more - fewer, columns, known)
         some = np.flatnonzero(at)
         if some.size:
             given = columns[some], columns_of(found, some), at[some], which

@@ -24,14 +24,13 @@ from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
-from rigidpend.orbits.return_map.poincare import section_point
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third, kept_bits
 from rigidpend.routes.map_start import MapStarts, beginning, check_start
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import RouteProblem, narrower
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 
@@ -97,9 +96,16 @@ def _tasks(designs: list[Design], map_bits: tuple[int, int]) -> list[Task]:
     return list(zip(costs.built_bits(map_bits), designs, strict=False))
 
 
+def _narrowed(problem: RouteProblem, task: Task) -> Task:
+    """A map's bits, and its design for the layer of a problem's orbits."""
+    bits, design = task
+    return bits, design._replace(narrower=narrower(problem))
+
+
 def _expected(problem: RouteProblem, tasks: list[Task]) -> dict[Task, float]:
     """Seconds of a core that each map is expected to take."""
-    return {task: expected_cost(problem.body, *problem.energies, *task) for task in tasks}
+    given = problem.body, *problem.energies
+    return {task: expected_cost(*given, *_narrowed(problem, task)) for task in tasks}
 
 
 class Maps:
@@ -166,8 +172,9 @@ class Maps:
         MapError is raised where the tables would take more than `budget` seconds of a core.
         """
         body, ends = self.problem.body, self.problem.energies
+        own = functools.partial(_narrowed, self.problem)
         tasks = _tasks(self.designs, map_bits)
-        missing = [task for task in tasks if not is_kept(body, *ends, *task)]
+        missing = [task for task in tasks if not is_kept(body, *ends, *own(task))]
         if self.only_kept and missing:
             raise MapError("none is kept")
         expected = _expected(self.problem, tasks)
@@ -180,7 +187,7 @@ class Maps:
             if task == longest:
                 self.map_of(*task)
             else:
-                build_apart(body, ends, *task, self._budgets[task])
+                build_apart(body, ends, *own(task), self._budgets[task])
 
         # The longest is made in this process, and the others in further ones beside it.
         if self.run.jobs > 1 and len(missing) > 1 and expected[longest] > LEAST_APART:
@@ -200,10 +207,12 @@ class Maps:
 
     def counted(self, bits: int) -> int:
         """The bits for which a computation counts beside a sharper one, by integration."""
+        # Tables of a narrower layer hold so many more digits of d than an integration does.
+        more = narrower(self.problem) if bits in self.design_by_bits else 0
         if self.twice:
             # Both maps are compared with the first integration, by limits for their own bits.
-            return kept_bits(bits) if costs.very_deep(self.problem) else bits
-        return bits + SHARPER_BY if bits in self.design_by_bits else bits
+            return (kept_bits(bits) if costs.very_deep(self.problem) else bits) + more
+        return bits + SHARPER_BY + more if bits in self.design_by_bits else bits
 
     @property
     def twice(self) -> bool:
@@ -281,11 +290,9 @@ class Maps:
         """
         bits, design = self.built_bits[which], self.designs[which]
         a, unit, made = precision(bits), Fraction(design.unit), self.map_of(bits, design)
-        given = np.stack([a.array(x) for x in (*(states[:3] * unit), *states[3:])])
-        # d and chi do not depend on the length of gamma, which other scales change.
-        d, chi, image = section_point(rising, given, made.coefficients, precision(made.bits))
         *_, e = self._starts.of(bits, design, columns)
-        x = d * (1 / made.charts[rising].forward.width)
+        # d and chi do not depend on the length of gamma, which other scales change.
+        x, chi, image = made.placed(rising, [*(states[:3] * unit), *states[3:]], e)
         at = kernel.UnderWay(rising, x, chi, image, a.array(time / float(unit)))
         found = kernel.go_on(self._program(bits, design), at, e, count, self.run.jobs)
         # image is 1 on separatrices 2 and 3, and -1 on 4 and 1.
@@ -298,7 +305,7 @@ class Maps:
             self.problem.body,
             h=self.problem.energies,
             bits=bits,
-            design=design,
+            design=_narrowed(self.problem, (bits, design))[1],
             budget=self._budgets.get((bits, design), math.inf),
         )
 

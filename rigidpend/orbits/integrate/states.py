@@ -32,7 +32,7 @@ from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import lanes_for
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 
 Field: TypeAlias = Callable[[Any], Any]
 
@@ -81,11 +81,11 @@ def states_at(
         return _in_doubles(field, states, times, check_engine(engine), tolerance)
     if not isinstance(field, AlignedCoefficients):
         raise ValueError(f"{bits} bits follow the aligned field alone: give its coefficients")
-    if isinstance(states, PairArray):
+    if isinstance(states, SumArray):
         exact = AlignedCoefficients(*(x.exactly() for x in field))
         # (parts, k, n), or (parts, k, 1) where all orbits have the same times.
         grid = times.parts.reshape(*times.parts.shape[:2], -1)
-        return PairArray(_sampled(exact, states.parts, grid, bits, tolerance))
+        return SumArray(_sampled(exact, states.parts, grid, bits, tolerance))
     states, times = (np.asarray(x, dtype=object) for x in (states, times))
     if isinstance(states.flat[0], Fraction):
         times = times.reshape(len(times), -1)

@@ -13,19 +13,28 @@ import numpy as np
 
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers import Scalar, checked
+from rigidpend.numbers import Numbers, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map.charts import Chart, Charts, forward_table, inverse_table
+from rigidpend.orbits.return_map.charts import Chart, Charts, Origin, forward_table, inverse_table
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking, looks
+from rigidpend.orbits.return_map.midline import Midlines
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import Orders, building_seconds, orders
 from rigidpend.orbits.return_map.passage import EnergyLevel
-from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
+from rigidpend.orbits.return_map.poincare import section_point
+from rigidpend.orbits.return_map.precision import (
+    MOST_IN_PAIRS,
+    MOST_IN_TRIPLES,
+    Precision,
+    in_pairs,
+    in_triples,
+    precision,
+)
 from rigidpend.orbits.return_map.program import Entry, Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.orbits.return_map.tables import ChartTable
@@ -40,6 +49,10 @@ MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
 At the ends of a table's width all coefficients left out add up."""
+NARROW_BITS = 5
+"""Further such bits beside a midline.
+
+With none two of seven maps took a second attempt; with five none of nineteen did."""
 INNER = 32.0
 """Factor by which the first terms of the normal form left out are below the allowed error.
 
@@ -55,6 +68,8 @@ five such bodies left 0.50 to 0.63 of the orbits open that they do without it, f
 time."""
 ATTEMPTS = 4
 """Number of attempts, each with higher orders than the last, before a map is refused."""
+TRIPLE_BITS = 124, MOST_IN_TRIPLES
+"""Bits of arcs in sums of three doubles: few precisions, as each takes a kernel of its own."""
 FLOQUET = 1e-11
 """Largest difference of Lambda_0 from the Floquet exponent, which is found in doubles.
 
@@ -72,6 +87,10 @@ class Design(NamedTuple):
     """Number of further terms of every expansion, even."""
     phase_shift: float = 0.0
     """Shift of phases before they are rounded, radians."""
+    narrower: int = 0
+    """Bits by which the layer of orbits is narrower than the surfaces' displacement.
+
+    With any, tables count d from the midlines, and so do points of the section."""
     theta3: bool = True
     """True if the map gives the growth of theta3, which takes a fifth of the time to build."""
 
@@ -124,6 +143,8 @@ class ReturnMap:
     normal_form : NormalForm
     charts : 2 Chart
         Charts of downward and of upward crossings.
+    midlines : 2 Midline
+        Midlines of the sections of downward and of upward crossings, from which d counts.
     cost : float
         Expected seconds of a core for building it.
     """
@@ -136,6 +157,7 @@ class ReturnMap:
     design: Design
     normal_form: NormalForm
     charts: Charts
+    midlines: Midlines
     cost: float
 
     def __repr__(self) -> str:
@@ -205,8 +227,25 @@ class ReturnMap:
     @functools.cached_property
     def coefficients(self) -> Coefficients:
         """The coefficients of the reduced equations of the body, in the map's unit."""
-        angles = self.body.angles(self.bits + GUARD_BITS)
-        return coefficients(angles, self.design.unit, precision(self.bits))
+        return self._coefficients(precision(self.bits))
+
+    def _coefficients(self, a: Precision) -> Coefficients:
+        return coefficients(self.body.angles(a.bits + GUARD_BITS), self.design.unit, a)
+
+    def placed(self, rising: bool, states: Numbers, energy: Scalar) -> tuple[Any, Any, Any]:
+        """The coordinates d/width and chi of states of the section, and their side, (N,) each.
+
+        States are (6, N), dimensionless, M in the map's unit; `energy`, (N,), goes from -1 to 1
+        over the map's interval. The side is as in `poincare.section_point`.
+        """
+        # Twice the bits: d less the midline is so much smaller than d, and d than one.
+        narrower, own = self.design.narrower, precision(self.bits)
+        a = _sums(self.bits + 2 * narrower) if narrower else own
+        d, chi, side = section_point(rising, a.array(states), self._coefficients(a), a)
+        if narrower:
+            whole = Interval(a.number(0), a.number(1), 1)
+            d = d - self.midlines[rising].at(a.cos(chi), a.array(energy), 1, whole, a)
+        return own.array(d) * (1 / self.charts[rising].forward.width), own.array(chi), side
 
 
 @functools.lru_cache(maxsize=256)
@@ -215,9 +254,17 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
     Raises MapError if there is no map.
     """
-    _, planned = plan(body, low, high, bits, design)
-    rough = _rough(body, (low + high) / 2, design)
-    return building_seconds(rough, planned, table_bits(bits), theta3=design.theta3)
+    layer, planned = plan(body, low, high, bits, design)
+    a, rough = precision(table_bits(bits)), _rough(body, (low + high) / 2, design)
+    return _building_seconds(rough, planned, a, _of_arcs(a, layer, design), design)
+
+
+def _building_seconds(
+    rough: Rough, planned: Orders, a: Precision, sharp: Precision, design: Design
+) -> float:
+    """Expected seconds of a core for one attempt, with tables and with arcs of two precisions."""
+    given = rough, planned, a.bits
+    return building_seconds(*given, theta3=design.theta3, in_triples=sharp.parts == 3)
 
 
 def _rough(body: Body, h: Exact, design: Design) -> Rough:
@@ -233,11 +280,12 @@ Plan: TypeAlias = tuple[Layer, Orders]
 def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan:
     """The plan of a map, from two looks at its body; MapError if there is no map."""
     ends = float(low), float(high)
-    found = _looked(body, *ends)
+    found = _looked(body, *ends, design.narrower)
     if isinstance(found, MapError):
         # A new one, because an exception that is kept would gather the traces of all its raises.
         raise MapError(str(found))
-    below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
+    more = NARROW_BITS if design.narrower else 0
+    below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS + more)
     target = min(2.0**-bits, _allowed(bits) / below)
     # In doubles, terms below the roundings of a finished map gain nothing.
     inner = min(_allowed(bits) / INNER, LEAST_ROUNDINGS * 2.0**-bits)
@@ -252,7 +300,9 @@ def _allowed(bits: int) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _looked(body: Body, low: float, high: float) -> tuple[Rough, Layer, Shrinking] | MapError:
+def _looked(
+    body: Body, low: float, high: float, narrower: int
+) -> tuple[Rough, Layer, Shrinking] | MapError:
     """The two looks at a body, in the unit of the first design; or the reason against a map.
 
     Maps of all precisions and designs share them; a reason is returned so that it is kept too.
@@ -260,7 +310,11 @@ def _looked(body: Body, low: float, high: float) -> tuple[Rough, Layer, Shrinkin
     try:
         rough = _rough(body, exact((low + high) / 2), FIRST)
         _floquet_exponent(body, low, high)
-        return rough, *looks(rough)
+
+        def sharp(a: Precision) -> Coefficients:
+            return coefficients(body.angles(a.bits + GUARD_BITS), FIRST.unit, a)
+
+        return rough, *looks(rough, (high - low) / 2, narrower, sharp)
     except MapError as refused:
         return refused
 
@@ -287,8 +341,8 @@ def build(
     """
     a = precision(table_bits(bits))
     # Digits for the sharpest tables that a later attempt may turn to.
-    p = body.angles(max(MOST_IN_PAIRS, a.bits) + GUARD_BITS)
-    c, rough = coefficients(p, design.unit, a), _rough(body, (low + high) / 2, design)
+    p = body.angles(max(a.bits, MOST_IN_TRIPLES if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
+    rough = _rough(body, (low + high) / 2, design)
     scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
     allowed = _allowed(bits)
@@ -297,11 +351,13 @@ def build(
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
-        spent += building_seconds(rough, planned, a.bits, theta3=design.theta3)
+        sharp = _of_arcs(a, layer, design)
+        spent += _building_seconds(rough, planned, a, sharp, design)
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)
-        given = c, rough, energies, layer, planned, exponent, a
+        origin = Origin(coefficients(p, design.unit, sharp), sharp, layer.midlines)
+        given = origin, rough, energies, layer, planned, exponent, a
         nf, charts, errors = _attempt(*given, theta3=design.theta3)
         if errors.largest < allowed:
             break
@@ -310,7 +366,6 @@ def build(
             # one of a chart's four functions is so small that the roundings of the others, larger
             # ones show in it.
             a = precision(MOST_IN_PAIRS)
-            c = coefficients(p, design.unit, a)
         before, planned = errors.largest, planned.larger(errors, allowed)
     else:
         raise MapError(
@@ -329,12 +384,13 @@ def build(
         design,
         _cast(nf, own),
         (_cast(charts[0], own), _cast(charts[1], own)),
+        layer.midlines,
         spent,
     )
 
 
 def _attempt(
-    c: Coefficients,
+    origin: Origin,
     rough: Rough,
     energies: Interval,
     layer: Layer,
@@ -346,15 +402,16 @@ def _attempt(
 ) -> tuple[NormalForm, Charts, Errors]:
     """The normal form and the charts of given orders, with their measured errors."""
     length, border = a.number(o.length), rough.border(max(layer.widths))
+    c = origin.within(a)
     nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
     charts, found = [], []
     for rising in (False, True):
         width = a.number(layer.widths[rising])
-        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, c, length, a)
+        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, origin, length, a)
         reach = a.number(layer.widest_I)
         inverse = inverse_table(rising, forward, reach, o.n_phase_inverse, nf, a)
         charts.append(Chart(forward, inverse))
-        found.append(held_out(rising, charts[-1], nf, c, length, a))
+        found.append(held_out(rising, charts[-1], nf, origin, length, a))
     cut = [tails(table) for chart in charts for table in chart]
     middle = float(nf.energies.basis(energies.centre, a) @ nf.exponent[:, 0])
     errors = Errors(
@@ -365,6 +422,24 @@ def _attempt(
         *(max(tail) for tail in zip(*cut, strict=True)),
     )
     return nf, (charts[0], charts[1]), errors
+
+
+def _of_arcs(a: Precision, layer: Layer, design: Design) -> Precision:
+    """The precision of arcs, for tables of the precision `a`."""
+    if not design.narrower:
+        return a
+    # States are of the order of one, and d less the midline of that of the width.
+    bits = a.bits - math.log2(min(layer.widths))
+    return _sums(bits)
+
+
+def _sums(bits: float) -> Precision:
+    """The precision of at least so many bits, in pairs or, up to what these hold, in triples."""
+    return (
+        precision(MOST_IN_PAIRS)
+        if bits <= MOST_IN_PAIRS
+        else in_triples(TRIPLE_BITS[bits > TRIPLE_BITS[0]])
+    )
 
 
 def _floquet_exponent(body: Body, low: float, high: float) -> float:

@@ -21,13 +21,14 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidpend.mechanics.equations import aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers import Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import gauss
+from rigidpend.orbits.return_map.midline import NONE, Midlines
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
-from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, section_state
+from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, state_of
 from rigidpend.orbits.return_map.precision import Precision, correction, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, rounded, theta3_rate
 from rigidpend.orbits.return_map.tables import (
@@ -45,6 +46,11 @@ SETTLED = 1e-12
 UNCOVERED = "the charts of the section do not cover the invariants' range"
 RATE = 2.0**-48
 """Share of a small step that remains to be done when the rate that it is divided by is a double."""
+SPARE = 2.0**-16
+"""Share of a rounding up to which the phase at an arc's end may be off.
+
+Q has a part of mu times the larger of u and v, which turns with the phase. With 1 this hid up to
+2^-93 of the smaller one, in a map of 90 bits."""
 STRIP = 1.2
 """Assumed distance of the nearest complex singularity of theta3's rate from the middle of an arc.
 
@@ -52,17 +58,47 @@ The unit is that of time on a separatrix, 2/(J2 sin(alpha0)) in t'. Without weig
 pi/2."""
 
 
+class Origin(NamedTuple):
+    """The midlines from which tables count d, and the numbers in which arcs begin and run."""
+
+    c: Coefficients
+    """Coefficients in the numbers of `a`."""
+    a: Precision
+    """Sharper than tables by the digits that d loses with its midline."""
+    midlines: Midlines = NONE
+
+    def within(self, a: Precision) -> Coefficients:
+        """The coefficients in the numbers of a precision."""
+        if a is self.a:
+            return self.c
+        if a.bits == 53:
+            return rounded(self.c)
+        aligned_, *further = self.c
+        own = AlignedCoefficients(*(a.array(x)[()] for x in aligned_))
+        return Coefficients(own, *(a.array(x)[()] for x in further))
+
+    def states(self, rising: bool, d: Scalar, chi: Scalar, form: TorusForm) -> Any:
+        """States (6, N) of N points of the section, in the numbers of `a`."""
+        a, own, sizes = self.a, self.midlines[rising], form.group_sizes(len(d))
+        d, chi, h = a.array(d), a.array(chi), a.array(form.h)
+        cos, sin = a.cos(chi), a.sin(chi)
+        if own.values.any():
+            d = d + own.at(cos, h, sizes, form.nf.energies, a)
+        return state_of(rising, d, cos, sin, np.repeat(h, sizes), self.c, a)
+
+
 def section_chart(
     rising: bool,
     d: Scalar,
     chi: Scalar,
     form: TorusForm,
-    c: Coefficients,
+    origin: Origin,
     length: Scalar,
 ) -> Any:
     """U, V, and the constants of time t' and theta3, at N points of the section: (4, N).
 
-    The last row is left out where the normal form has no theta3. Upward (`rising`) crossings lie
+    The points are at d from the midline, and chi. The last row is left out where the normal form
+    has no theta3. Upward (`rising`) crossings lie
     beside separatrix 2, downward ones beside 3. The arcs take some time `length`, t'.
 
     Raises
@@ -70,13 +106,13 @@ def section_chart(
     MapError
         The arcs do not end within the range of the normal form.
     """
-    nf, a = form.nf, form.a
+    nf, a, c = form.nf, form.a, origin.within(form.a)
     shares = parts = a.zeros((0,))
     # theta3 is a quadrature along the arc, by Gauss's rule: its points come before the arc's end.
     if nf.theta3:
         few = quadrature_points(float(length), c, float(nf.energies.centre), a.bits)
         shares, parts = gauss(few, a)
-    path, time, late, turned, at = arcs(rising, d, chi, form, c, length, shares)
+    path, time, late, turned, at = arcs(rising, d, chi, form, origin, length, shares)
     rates = form.rates(at.u * at.v)
     # U = u exp(-Lambda turned), V = v exp(Lambda turned), t less what passes beside the orbit.
     stretch = a.exp(rates.exponent * turned)
@@ -93,7 +129,7 @@ def arcs(
     d: Scalar,
     chi: Scalar,
     form: TorusForm,
-    c: Coefficients,
+    origin: Origin,
     length: Scalar,
     shares: Scalar,
 ) -> tuple[Any, Any, Any, Any, NormalPoint]:
@@ -112,16 +148,19 @@ def arcs(
     """
     a, side = form.a, 1 if rising else -1
     h = np.repeat(form.h, form.group_sizes(len(d)))
-    begin = section_state(rising, d, chi, h, c, a)
+    begin, c, sharp = origin.states(rising, d, chi, form), origin.within(a), origin.a
     turned = free_growth(side, length, h, c, a)
-    psi, time = chi + turned, side * a.floats(length + 0 * d)
+    # Phases without whole turns, whose rounding would show beside a small u.
+    turns = 2 * a.pi * np.round(a.floats((chi + turned) / (2 * a.pi)))
+    psi, time = chi + turned - turns, side * a.floats(length + 0 * d)
+    turned = psi - chi + turns
     # Durations in doubles come first, so that one long integration in the full precision suffices.
     low, few = precision(53), rounded(c)
-    path = states_at(few.aligned, a.floats(begin), time[None])
+    path = states_at(few.aligned, sharp.floats(begin), time[None])
     _, late = _ended(path[:, -1], a.floats(psi), few, low)
     time = a.array(time + late)
     grid = np.append(shares, a.array([1.0]))[:, None] * time
-    path = states_at(c.aligned, begin, grid, a.bits)
+    path = a.array(states_at(origin.c.aligned, begin, sharp.array(grid), sharp.bits))
     end, late = _ended(path[:, -1], psi, c, a)
     return path, time, late, turned, form.inverted(psi, end[0], end[1])
 
@@ -142,7 +181,7 @@ def _ended(state: Any, psi: Scalar, c: Coefficients, a: Precision) -> tuple[Any,
         total = total + step
         # What a step along the tangent leaves, by a rate in doubles.
         size = a.largest(step)
-        if size * max(size, RATE) < a.epsilon:
+        if size * max(size, RATE) < (a.epsilon if a.bits == 53 else SPARE * a.epsilon):
             return state + step * np.stack(aligned(state, c.aligned)), total
         state = states_at(c.aligned, state, step[None], a.bits)[:, 0]
     raise MapError("an orbit from the section does not reach the periodic orbit")
@@ -207,14 +246,14 @@ def forward_table(
     n_x: int,
     n_phase: int,
     nf: NormalForm,
-    c: Coefficients,
+    origin: Origin,
     length: Scalar,
     a: Precision,
 ) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
 
     def chart(d: Any, chi: Any, form: TorusForm) -> Any:
-        return section_chart(rising, d, chi, form, c, length)
+        return section_chart(rising, d, chi, form, origin, length)
 
     return fitted(chart, width, n_x, n_phase, nf, FORWARD_POWER, a)
 

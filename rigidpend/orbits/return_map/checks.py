@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
-from rigidpend.orbits.return_map.charts import Chart, invariants, section_chart
+from rigidpend.orbits.return_map.charts import Chart, Origin, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
-from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.orbits.return_map.tables import ChartTable, Looked
 
 LEVELS = 16
@@ -70,7 +69,7 @@ def held_out(
     rising: bool,
     chart: Chart,
     nf: NormalForm,
-    c: Coefficients,
+    origin: Origin,
     length: Scalar,
     a: Precision,
 ) -> tuple[float, float]:
@@ -86,7 +85,7 @@ def held_out(
     share, turn, counts = points(random, ARCS)
     d, chi = chart.forward.width * a.array(share), a.array(turn) * a.pi
     form = TorusForm(nf, levels, a, counts)
-    direct = section_chart(rising, d, chi, form, c, length * a.number(LONGER))
+    direct = section_chart(rising, d, chi, form, origin, length * a.number(LONGER))
     seen = chart.forward.at(form).look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
     # An inverse chart and then a chart give back the invariants and the constants of time.

@@ -203,7 +203,10 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
         # `values` gives Qp, Qm, sigma if it is known, and tau; here tau and sigma are wanted.
         return (u, v, *series.values(u, v)[:1:-1])
     # Terms behind `low` may be rounded to doubles; slopes need terms up to `fine` only.
-    sizes, shares = map(doubles.largest, (u, v)), (2.0 ** (53 - a.bits), SLOPES)
+    sizes = [doubles.largest(x) for x in (u, v)]
+    # The smaller of u and v has to keep its own digits.
+    apart = min(sizes) / max(sizes) or 1.0
+    shares = apart * 2.0 ** (53 - a.bits), SLOPES
     low, fine = series.least_degrees(*sizes, *(GUARD_SHARE * share for share in shares))
     _, by_u, by_v = series.part(0, fine).slopes(u, v, every=True)
     head = TorusSeries(form, psi, low)

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.orbits.integrate import pair_arrays
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate import sum_arrays
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 
 
 class Jet:
@@ -132,8 +132,8 @@ def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:
     """The part of a product a b, summed over the degrees of a in `split`: (degree + 1, n, H)."""
     a.factor_of_others = b.factor_of_others = True
     left, right = [a.part(i) for i in split], [b.part(degree - i) for i in split]
-    if isinstance(left[0], PairArray) or left[0].dtype == float:
-        return pair_arrays.convolved(left, right)
+    if isinstance(left[0], SumArray) or left[0].dtype == float:
+        return sum_arrays.convolved(left, right)
     found = np.zeros_like(left[0], shape=(degree + 1, *left[0].shape[1:]))
     # Numbers of mpmath: a row of the shorter part at a time, u^k v^(d-k) moves rows by k.
     for x, y in zip(left, right, strict=True):

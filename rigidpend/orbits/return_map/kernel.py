@@ -24,7 +24,7 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map.kernel_sums import Sums
 from rigidpend.orbits.return_map.program import FUNCTIONS, LEG, RATES, TABLE, Program
 
@@ -111,7 +111,7 @@ def _carried(
     parts = len(program.values)
     # Lanes without an orbit are computed too, from zeros, and their results are dropped.
     rows = np.zeros((parts, len(ROWS), stride))
-    rows[:, : len(begin), :n] = PairArray.of(begin).parts[:parts]
+    rows[:, : len(begin), :n] = SumArray.of(begin).parts[:parts]
     rows[0, [IMAGE, INSIDE]] = 1.0
     rows[0, IMAGE, :n] = image
     times = np.empty((crossings, stride))

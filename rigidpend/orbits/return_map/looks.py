@@ -9,15 +9,23 @@ orbits will leave.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.orbits.return_map.charts import arcs, forward_table, inverse_table
+from rigidpend.orbits.return_map.charts import (
+    Origin,
+    arcs,
+    forward_table,
+    inverse_table,
+    section_chart,
+)
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
+from rigidpend.orbits.return_map.midline import NONE, Midlines, midline
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form, powers
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.orbits.return_map.tables import ChartTable
 
@@ -49,6 +57,10 @@ LARGEST_RADIUS = 0.5
 """Largest |u| and |v| at the ends of arcs, in units of their size at the nearest singularity.
 
 Beyond it the series need too many terms."""
+NARROWEST = 1 / 80
+"""Least |v| at the end of arcs, in the same units: u may be smaller.
+
+Arcs in sums of three doubles take most of the time of tables beside a midline."""
 FIRST_LOOK = 3, 9, 7
 """Sizes of the first look: nodes in d and in chi, degree of the normal form."""
 SECOND_LOOK = 21
@@ -65,6 +77,19 @@ MOST_DEGREE = 60
 """Largest degree of the normal form in doubles; with more bits it grows in proportion to them.
 
 In doubles tables of the degree 51 take a second, and those of 71 and 93 three and six."""
+THIN = 1 / 4
+"""Share of the displacement over which the first look's charts reach, for a thinner layer.
+
+That of a body with mu = 0.018 h0 does not find the normal form's series to reach to all of it."""
+LOOK, TRIM = 64, 2.0**-6
+"""Bits of a second look at a thinner layer, beside those by which it is thinner; and the size of
+the midline's terms left out, in widths of the layer.
+
+Smaller terms are roundings of doubles, each a harmonic that the tables would have to hold."""
+MIDLINE_ENERGIES, MIDLINE_STEPS = 6, 12
+"""Nodes of the energy of midlines, and the largest number of steps of secants."""
+NEAREST = 2.0**-11
+"""Least width, over the rate of separatrices, for which arcs to midlines are made longer."""
 ENDS = 16
 """Phases at the ends of a table's width at which the second look measures where arcs end."""
 
@@ -75,12 +100,15 @@ class Layer(NamedTuple):
     widest_I: float
     """Largest |I|."""
     widths: tuple[float, float]
-    """Largest |d| on downward and upward crossings."""
+    """Largest |d|, counted from the midlines, on downward and upward crossings."""
+    midlines: Midlines = NONE
 
     def in_unit(self, unit: float) -> Layer:
         """The same layer in another unit of M."""
         # I = u v is of second order in M, d of first.
-        return Layer(self.widest_I * unit**2, (self.widths[0] * unit, self.widths[1] * unit))
+        down, up = (x * unit for x in self.widths)
+        lines = self.midlines[0].in_unit(unit), self.midlines[1].in_unit(unit)
+        return Layer(self.widest_I * unit**2, (down, up), lines)
 
 
 class Rough(NamedTuple):
@@ -88,6 +116,12 @@ class Rough(NamedTuple):
 
     c: Coefficients
     h: float
+
+    @property
+    def displacement(self) -> float:
+        """Size of d on the surfaces, to first order in mu."""
+        k = self.c.aligned
+        return max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / self.rate
 
     @property
     def rate(self) -> float:
@@ -101,7 +135,7 @@ class Rough(NamedTuple):
         Q = J2 sin(alpha0) = 2 `rate`. The arcs from d = width end where |u| = |v| = sqrt(Q d), and
         the series in v converge for |v| < 2 Q.
         """
-        return math.sqrt(width / (8 * self.rate))
+        return max(NARROWEST, math.sqrt(width / (8 * self.rate)))
 
     def border(self, width: float) -> float:
         """|u| and |v| at the ends of arcs from points at d = width, dimensionless as M."""
@@ -129,7 +163,7 @@ class Rough(NamedTuple):
 
         The leading terms fall as (2 r^2)^k, with r from :meth:`radius`.
         """
-        return math.ceil(nats / -math.log(min(0.5, 2 * self.radius(width) ** 2)) + 1)
+        return math.ceil(nats / -math.log(min(0.5, width / (4 * self.rate))) + 1)
 
     def harmonics(self, nats: float) -> int:
         """The number of Fourier terms for a truncation error exp(-nats).
@@ -140,17 +174,28 @@ class Rough(NamedTuple):
         return odd(2 * nats / -math.log(min(0.5, 2 * mu / self.h)) + 1)
 
 
-def looks(body: Rough) -> tuple[Layer, Shrinking]:
+def looks(
+    body: Rough, half: float, narrower: int, sharp: Callable[[Precision], Coefficients]
+) -> tuple[Layer, Shrinking]:
     """The layer of a body's orbits, or the part of it over which series shrink, and how fast.
+
+    If `narrower` bits are given, the layer is so much narrower than the displacement of the
+    surfaces, and lies around their midlines over energies up to `half` from that of the body.
+    `sharp` gives the coefficients in a precision.
 
     Raises MapError if there is no map. The reason is the one found for the whole layer, not for the
     thinner ones tried after it.
     """
+    if narrower:
+        layer = first_look(body, 2.0**-narrower)
+        layer = layer._replace(midlines=midlines(body, half, TRIM * min(layer.widths)))
+        a = precision(min(MOST_IN_PAIRS, LOOK + narrower))
+        return layer, second_look(body, layer, Origin(sharp(a), a, layer.midlines))
     reach, refused = whole_reach(body), None
     while refused is None or reach >= SHORTEST:
         try:
             layer = first_look(body, reach)
-            return layer, second_look(body, layer)
+            return layer, second_look(body, layer, Origin(body.c, precision(53)))
         except MapError as reason:
             refused, reach = refused or reason, reach * SHORTER
     raise refused
@@ -180,15 +225,17 @@ def first_look(body: Rough, reach: float) -> Layer:
 
     Raises MapError if it is too wide.
     """
-    (c, h), k, a = body, body.c.aligned, precision(53)
-    # Width of the charts, of the size of the splitting to first order in mu.
-    guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / body.rate
+    (c, h), a = body, precision(53)
+    # Width of the charts, of the size of the displacement to first order in mu.
+    # Series may not reach that far where a thinner layer is asked for.
+    thin = reach < LEAST_REACH
+    guess, plain = body.displacement * (THIN if thin else 1), Origin(c, a)
     n_x, n_phase, degree = FIRST_LOOK
     length = body.arc_length(guess)
     nf = normal_form(c, Interval(h, 0.0, 1), degree, body.harmonics(DOUBLES), 0.0, a)
     splittings, slopes = [], []
     for rising in (False, True):
-        table = forward_table(rising, guess, n_x, n_phase, nf, c, length, a)
+        table = forward_table(rising, guess, n_x, n_phase, nf, plain, length, a)
         # Without weight I = 0 along d = 0: there its size measures the splitting.
         at = phases(36, a)
         seen = table.at(TorusForm(nf, np.full(1, h), a)).look_up_slopes(0 * at, at, a)
@@ -196,9 +243,10 @@ def first_look(body: Rough, reach: float) -> Layer:
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))
     invariant = reach * max(splittings)
-    # |I| is at least slope |d| - split, so that it exceeds `invariant` beyond this width.
+    # |I| is at least slope |d| - split, so that it exceeds `invariant` beyond this width. From the
+    # midline on, `split` is far below the invariants of a layer.
     low, high = (
-        MARGIN * (invariant + split) / slope
+        MARGIN * (invariant + (invariant / 8 if thin else split)) / slope
         for split, slope in zip(splittings, slopes, strict=True)
     )
     return Layer(invariant, (low, high))
@@ -219,16 +267,54 @@ class Shrinking(NamedTuple):
     """The Floquet exponent Lambda_0, radians^-1."""
 
 
-def second_look(body: Rough, layer: Layer) -> Shrinking:
+def midlines(body: Rough, half: float, least: float) -> Midlines:
+    """The midlines of both sections over energies up to `half` from that of the body.
+
+    Terms of d below `least` are left out.
+
+    Raises
+    ------
+    MapError
+        A surface does not reach the section, or is not found to an eighth of `least`.
+    """
+    (c, h), a, n = body, precision(53), body.harmonics(DOUBLES)
+    energies = Interval(h, half, MIDLINE_ENERGIES if half else 1)
+    nf = normal_form(c, energies, FIRST_LOOK[2], n, 0.0, a, theta3=False)
+    form = TorusForm(nf, energies.nodes(a), a, [n] * energies.n)
+    chi, plain, found = np.tile(phases(n, a), energies.n), Origin(c, a), []
+    for rising in (False, True):
+        # Secants find where U is zero, or V downward. Both are nearly linear in d. The closer d
+        # is, the longer are the arcs, so that so few terms of the normal form suffice.
+        width = body.displacement
+        d, step, value = 0 * chi, 0 * chi + width / 2, 0 * chi
+        for _ in range(MIDLINE_STEPS):
+            known, length = value, body.arc_length(width)
+            value = section_chart(rising, d, chi, form, plain, length)[0 if rising else 1]
+            if np.abs(step).max() < least / 8:
+                break
+            if known.any():
+                # Where both values are the same the surface is found, to a rounding.
+                change = np.where(value == known, np.inf, value - known)
+                step = -value * step / change
+            d, width = d + step, max(width / 8, NEAREST * body.rate)
+        else:
+            raise MapError("the surfaces' common displacement is not found in doubles")
+        found.append(midline(d.reshape(energies.n, n), least))
+    return found[0], found[1]
+
+
+def second_look(body: Rough, layer: Layer, origin: Origin) -> Shrinking:
     """Measure how fast the terms of the normal form and of the charts shrink, at one energy.
 
     Raises MapError if the series shrink too slowly, or the arcs do not end within their range.
     """
-    width, a, at = max(layer.widths), precision(53), Interval(body.h, 0.0, 1)
-    length, border, n = body.arc_length(width), body.border(width), body.harmonics(DOUBLES)
-    nf = normal_form(body.c, at, SECOND_LOOK, n, border, a, least_share=TINY)
+    c, a, (low, up) = origin
+    origin, width = origin._replace(midlines=(low.middle(), up.middle())), max(layer.widths)
+    at, length = Interval(a.number(body.h), a.number(0), 1), a.number(body.arc_length(width))
+    border, n = body.border(width), body.harmonics(DOUBLES)
+    nf = normal_form(c, at, SECOND_LOOK, n, border, a, least_share=TINY)
+    sizes = np.abs(a.floats(nf.odd[:, :2])).max(axis=(0, 1)) * _largest(body, layer, nf, origin)
     degrees = powers(nf.degree, 1).sum(axis=1)
-    sizes = np.abs(nf.odd[:, :2]).max(axis=(0, 1)) * _reach(body, layer, nf) ** degrees
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
     by_degree = by_degree / by_degree[0]
     # If the series shrink too slowly even for doubles, they could not be inverted below either.
@@ -241,26 +327,29 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
     tables = []
     for rising in (False, True):
         sizes = rising, a.number(layer.widths[rising]), body.nodes(width, DOUBLES), nf.n
-        forward = forward_table(*sizes, nf, body.c, length, a)
-        tables += [forward, inverse_table(rising, forward, layer.widest_I, nf.n, nf, a)]
+        forward = forward_table(*sizes, nf, origin, length, a)
+        reach = a.number(layer.widest_I)
+        tables += [forward, inverse_table(rising, forward, reach, nf.n, nf, a)]
     by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
     return Shrinking(by_degree, by_x, by_phase, float(nf.exponent[0, 0]))
 
 
-def _reach(body: Rough, layer: Layer, nf: NormalForm) -> float:
-    """|u| and |v| where arcs from the ends of both sections' widths end: their geometric mean.
+def _largest(body: Rough, layer: Layer, nf: NormalForm, origin: Origin) -> Any:
+    """The largest |u^j v^k| where arcs from the ends of both sections' widths end, by `powers`.
 
-    The terms u^j v^k of the normal form are largest there. The `border`, an estimate for orbits
-    without weight, is smaller by a factor of 1.1 to 1.3, which makes terms of degree 50 smaller by
-    up to half a million.
+    The `border`, an estimate for orbits without weight, is smaller than |u| and |v| there by a
+    factor of 1.1 to 1.3, which makes terms of degree 50 smaller by up to half a million.
     """
-    found, length = 0.0, body.arc_length(max(layer.widths))
+    a, found = origin.a, []
+    length = a.number(body.arc_length(max(layer.widths)))
+    j, k = powers(nf.degree, 1).T
     for rising, width in zip((False, True), layer.widths, strict=True):
-        form = TorusForm(nf, np.full(1, body.h), precision(53))
-        d, chi = np.repeat([-width, width], ENDS), np.tile(phases(ENDS, form.a), 2)
-        *_, at = arcs(rising, d, chi, form, body.c, length, np.empty(0))
-        found = max(found, np.abs(at.u).max() * np.abs(at.v).max())
-    return math.sqrt(found)
+        form = TorusForm(nf, a.array(np.full(1, body.h)), a)
+        d, chi = a.array(np.repeat([-width, width], ENDS)), np.tile(phases(ENDS, a), 2)
+        *_, at = arcs(rising, d, chi, form, origin, length, a.zeros((0,)))
+        u, v = a.largest(at.u), a.largest(at.v)
+        found.append(u**j * v**k)
+    return np.maximum(*found)
 
 
 def least_degree(by_degree: Any, target: float) -> int:
@@ -273,7 +362,7 @@ def _by_order(table: ChartTable) -> tuple[Any, Any]:
 
     They are relative to the largest of the same function.
     """
-    sizes = np.abs(table.values[0].reshape(table.n_x, table.n_phase, -1))
+    sizes = np.abs(table.values[0].astype(float)).reshape(table.n_x, table.n_phase, -1)
     sizes = (sizes / np.maximum(sizes.max(axis=(0, 1)), TINY)).max(axis=2)
     # The cosine and the sine of a harmonic count as one.
     phase = sizes.max(axis=0)

@@ -88,11 +88,15 @@ class Orders(NamedTuple):
         )
 
 
-def building_seconds(body: Rough, o: Orders, bits: int, *, theta3: bool) -> float:
+def building_seconds(
+    body: Rough, o: Orders, bits: int, *, theta3: bool, in_triples: bool = False
+) -> float:
     """Expected seconds of a core to make tables of given orders in pairs of doubles.
 
+    Arcs are in pairs too, or in sums of three.
+
     For 28 maps of Fig. 4's body and six drawn by lot, whose tables took 0.06 to 2.1 s, it is 0.7 to
-    1.3 times the time taken.
+    1.3 times the time taken. With arcs in sums of three it is IN_TRIPLES.
     """
     # Arcs with the normal form solved at their ends, points of inverse charts, and products of
     # series, in microseconds as measured; charts are made for two sections. A normal form takes
@@ -103,7 +107,7 @@ def building_seconds(body: Rough, o: Orders, bits: int, *, theta3: bool) -> floa
     inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
     points = quadrature_points(o.length, body.c, body.h, bits)
-    arc = 20 + 2.4 * o.length + 0.6 * points * theta3 + 0.0018 * terms
+    arc = 20 + (16 if in_triples else 2.4) * o.length + 0.6 * points * theta3 + 0.0018 * terms
     back = 8 + 0.026 * o.n_x * o.n_phase_inverse
     series = 2000 * o.degree + 0.0038 * o.n_energy * o.n_phase_orbit * o.degree**3
     return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6

@@ -1,7 +1,8 @@
 """Arrays of numbers of any precision, with their elementary functions.
 
 Doubles are NumPy's own type. Numbers of up to 96 bits are pairs of doubles, computed by the kernel.
-Numbers of more bits are mpmath's, in arrays of objects. The same code computes with all three, by
+Numbers of more bits are mpmath's, in arrays of objects, or sums of three doubles where these are
+asked for. The same code computes with all of them, by
 ``+ - * /``, ``@``, and the functions of a :class:`Precision`.
 """
 
@@ -15,10 +16,9 @@ import numpy as np
 
 from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.orbits.integrate import pair_arrays
-from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.integrate import sum_arrays
 from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "atan2": 2}
 """Names of the elementary functions, with the number of their arguments."""
@@ -28,6 +28,8 @@ UNDIVIDED, LEAST_ROWS = 2**18, 16
 That holds for OpenBLAS as NumPy brings it. A larger product is done in parts."""
 MOST_IN_PAIRS = 96
 """Bits that pairs of doubles keep after some hundred operations, each with an error of 2^-104."""
+MOST_IN_TRIPLES = 148
+"""Bits that sums of three doubles keep likewise."""
 
 
 def in_pairs(bits: int) -> bool:
@@ -45,25 +47,27 @@ class Precision:
     sqrt: Any
     atan2: Any
 
-    def __init__(self, bits: int) -> None:
-        self.bits, self.in_pairs = bits, in_pairs(bits)
-        doubles = bits == 53
+    def __init__(self, bits: int, parts: int) -> None:
+        self.bits, self.in_pairs, self.in_sums = bits, parts == 2, parts > 1
+        self.parts = parts
+        """Number of doubles that add up to a number; 0 for numbers of mpmath."""
+        doubles = parts == 1
         self.dtype: Any = np.dtype(float if doubles else object)
         m = context(bits)
         for name, arguments in FUNCTIONS.items():
-            if self.in_pairs or doubles:
-                mine = getattr(np if doubles else pair_arrays, name)
+            if self.in_sums or doubles:
+                mine = getattr(np if doubles else sum_arrays, name)
             else:
                 mine = np.frompyfunc(getattr(m, name), arguments, 1)
             setattr(self, name, mine)
-        # The unary plus rounds mpmath's constant to a number; 113 bits serve pairs of doubles.
-        self.pi = self.number(+context(max(bits, 113)).pi)
+        # The unary plus rounds mpmath's constant to a number; sums keep more bits than they count.
+        self.pi = self.number(+context(max(bits, 53 * parts + 7)).pi)
         self.epsilon = 2.0 ** (1 - bits)
 
     def number(self, x: Scalar) -> Any:
         """A number of this precision from an int, float, Fraction, Exact or number of mpmath."""
-        if self.in_pairs:
-            return PairArray(in_parts(self._fraction(x), PAIRS))
+        if self.in_sums:
+            return SumArray(in_parts(self._fraction(x), 53 * self.parts))
         if isinstance(x, Exact):
             x = x.at(self.bits + GUARD_BITS)
         if self.dtype == object:
@@ -75,10 +79,12 @@ class Precision:
 
     def array(self, x: Scalar) -> Any:
         """An array of this precision from an array or nested list of such numbers."""
-        if isinstance(x, PairArray):
-            return x if self.in_pairs else self.array(self.floats(x))
-        if self.in_pairs:
-            return self._pairs(x)
+        if isinstance(x, SumArray):
+            if self.in_sums:
+                return SumArray.of(x, self.parts)
+            return self.floats(x) if self.bits == 53 else self.array(x.exactly())
+        if self.in_sums:
+            return self._sums(x)
         given = np.asarray(x)
         if given.dtype.kind in "fiu" and self.dtype != object:
             return given.astype(self.dtype, copy=False)
@@ -87,16 +93,16 @@ class Precision:
         found.ravel()[:] = [self.number(one) for one in given.astype(object).ravel()]
         return found
 
-    def _pairs(self, x: Scalar) -> PairArray:
-        """An array of pairs; in lists the elements may be arrays of pairs themselves."""
+    def _sums(self, x: Scalar) -> SumArray:
+        """An array of sums; in lists the elements may be arrays of sums themselves."""
         if isinstance(x, (list, tuple)):
             rows = [self.array(one).parts for one in x]
-            return PairArray(np.stack(rows, axis=1))
+            return SumArray(np.stack(rows, axis=1))
         given = np.asarray(x)
         if given.dtype.kind in "fiu":
-            return PairArray.of(given)
+            return SumArray.of(given, self.parts)
         numbers = [self._fraction(one) for one in given.astype(object).ravel()]
-        return PairArray(in_parts(numbers, PAIRS)).reshape(given.shape)
+        return SumArray(in_parts(numbers, 53 * self.parts)).reshape(given.shape)
 
     def _fraction(self, x: Scalar) -> Fraction:
         """The exact value of a number, or that of one with guard bits for an Exact."""
@@ -106,12 +112,14 @@ class Precision:
 
     def zeros(self, shape: tuple[int, ...]) -> Any:
         """An array of zeros."""
-        return PairArray.of(np.zeros(shape)) if self.in_pairs else np.zeros(shape, self.dtype)
+        if self.in_sums:
+            return SumArray.of(np.zeros(shape), self.parts)
+        return np.zeros(shape, self.dtype)
 
     def floats(self, x: Scalar) -> Any:
         """The doubles nearest to the numbers of an array."""
-        # The first part of a pair is its nearest double.
-        return x.parts[0] if isinstance(x, PairArray) else np.asarray(x).astype(float)
+        # The first part of a sum is its nearest double.
+        return x.parts[0] if isinstance(x, SumArray) else np.asarray(x).astype(float)
 
     def largest(self, x: Scalar) -> float:
         """The largest modulus in an array, as a float; infinite if any number is not finite."""
@@ -122,7 +130,13 @@ class Precision:
 @functools.cache
 def precision(bits: int) -> Precision:
     """The precision of `bits` bits; it is never changed, so that threads may share it."""
-    return Precision(bits)
+    return Precision(bits, 1 if bits == 53 else 2 if in_pairs(bits) else 0)
+
+
+@functools.cache
+def in_triples(bits: int) -> Precision:
+    """The precision of up to `MOST_IN_TRIPLES` bits in sums of three doubles."""
+    return Precision(bits, 3)
 
 
 def product(x: Scalar, y: Scalar) -> Any:

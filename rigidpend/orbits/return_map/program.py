@@ -33,7 +33,7 @@ import numpy as np
 from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map.charts import Charts
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis
@@ -80,7 +80,7 @@ class Entry(NamedTuple):
         """The coordinate x of starts, in doubles or pairs of doubles as Qp is."""
         if not self.half_width:
             return 0 * Qp
-        centre, half_width = (z if isinstance(Qp, PairArray) else float(z) for z in self[:2])
+        centre, half_width = (z if isinstance(Qp, SumArray) else float(z) for z in self[:2])
         x = (Qp - centre) * (1 / half_width)
         # The ends of the interval may come out beyond 1 by a rounding, and would count as outside.
         return np.where(x > 1, 1.0, np.where(x < -1, -1.0, x))
@@ -345,7 +345,7 @@ class _Writer:
 
     def _parted(self, terms: Any) -> tuple[Any, Any]:
         """Coefficients as sums of doubles, (parts, energies, ..., 3), and a mask of sharp ones."""
-        values = PairArray.of(terms).parts[: self.parts]
+        values = SumArray.of(terms).parts[: self.parts]
         sizes = np.abs(values[0])
         # In doubles nothing is to be divided.
         return values, (sizes > negligible(sizes, self.limit)) & (self.parts > 1)

@@ -26,7 +26,7 @@ from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST_BITS, Exact
 from rigidpend.numbers.expressions import named
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map.build import (
     WITH_THETA3,
     Costly,
@@ -39,6 +39,7 @@ from rigidpend.orbits.return_map.build import (
 from rigidpend.orbits.return_map.charts import Chart
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.midline import Midline
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.orders import Orders
 from rigidpend.orbits.return_map.precision import Precision, precision
@@ -50,7 +51,9 @@ MOST_BYTES = 500_000_000
 One of the body of Fig. 4 takes half a million, one of a nearly symmetric body 50 million."""
 Make: TypeAlias = Callable[..., ReturnMap]
 """Function that builds a map, with the arguments of :func:`build`."""
-RECORDS = {x.__name__: x for x in (NormalForm, Interval, Chart, ChartTable, Orders, Errors)}
+RECORDS = {
+    x.__name__: x for x in (NormalForm, Interval, Chart, ChartTable, Midline, Orders, Errors)
+}
 """Kinds of records in a stored map, by their names."""
 
 
@@ -171,7 +174,8 @@ class _Kept:
             needed = refused.needed if isinstance(refused, Costly) else None
             self._save([str(refused), needed])
             return refused
-        self._save([made.normal_form, *made.charts, made.orders, made.errors, made.cost])
+        parts = made.normal_form, *made.charts, *made.midlines, made.orders, made.errors, made.cost
+        self._save(list(parts))
         return made
 
     def _save(self, facts: list[Any]) -> None:
@@ -196,9 +200,13 @@ class _Kept:
         if len(facts) == 2:
             reason, needed = facts
             return MapError(reason) if needed is None else Costly(needed, 0.0)
-        nf, down, up, orders, errors, cost = facts
+        nf, down, up, *lines, orders, errors, cost = facts
         ends = float(low), float(high)
-        return ReturnMap(body, bits, ends, errors, orders, design, nf, (down, up), cost)
+        # Midlines are doubles whatever the precision of the map.
+        low_line, up_line = (Midline(a.floats(line.values)) for line in lines)
+        return ReturnMap(
+            body, bits, ends, errors, orders, design, nf, (down, up), (low_line, up_line), cost
+        )
 
 
 kept_map = functools.lru_cache(maxsize=16)(_Kept)
@@ -244,7 +252,7 @@ def _restored(x: Any, arrays: Iterator[Any], a: Precision) -> Any:
 
 def as_doubles(x: Scalar) -> Any:
     """Numbers of any precision as exact sums of doubles, (terms, ...), the largest first."""
-    if isinstance(x, PairArray):
+    if isinstance(x, SumArray):
         return x.parts
     # Each double takes 53 bits of the rest, whose subtraction is exact, until nothing is left; the
     # last part is zero.
@@ -258,7 +266,7 @@ def as_doubles(x: Scalar) -> Any:
 
 def from_doubles(parts: Any, a: Precision) -> Any:
     """The numbers of a precision that :func:`as_doubles` has made parts of."""
-    if a.in_pairs:
-        return PairArray(parts)
+    if a.in_sums:
+        return SumArray(parts)
     # Each partial sum is a number of the precision, without a rounding.
     return np.asarray(sum(map(a.array, parts)))

@@ -19,8 +19,8 @@ from numpy.polynomial import chebyshev
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS
-from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
 from rigidpend.orbits.return_map.poincare import state_of
@@ -66,7 +66,7 @@ def pieces(setting: ShiftProblem, quad: Quad, turned: bool | None = None) -> lis
 
 
 def to_crossing(
-    setting: ShiftProblem, begin: PairArray, times: Array, grid: FamilyGrid, bits: int
+    setting: ShiftProblem, begin: SumArray, times: Array, grid: FamilyGrid, bits: int
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of a grid that begin at given states, up to their next crossing.
 
@@ -77,7 +77,7 @@ def to_crossing(
     # Newton's method for M3 = 0. Times may be far off, where a second order, as that of
     # `on_section`, leads astray.
     for _ in range(2):
-        ends = states_at(field, begin, PairArray.of(times[None]), 106, tolerance=TOLERANCE)
+        ends = states_at(field, begin, SumArray.of(times[None]), 106, tolerance=TOLERANCE)
         states = IN_PAIRS.floats(ends)[:, 0]
         times = times - states[2] / aligned(states, doubles)[2]
     # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
@@ -88,7 +88,7 @@ def to_crossing(
     grains = 2.0 ** (10 + setting.momentum_bits)
     length = math.floor(float(times.min()) / (steps - 1) * grains) / grains
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
-    rest = PairArray.of((times - starts[-1]) / 2)[None, None]
+    rest = SumArray.of((times - starts[-1]) / 2)[None, None]
     halves: list[dict[Powers, int]] = [
         {(0, 0, 0): int((y - x) * 2**CLOCK)} for x, y in itertools.pairwise(starts)
     ]
@@ -98,7 +98,7 @@ def to_crossing(
 
 def steps_of(
     setting: ShiftProblem,
-    begin: PairArray,
+    begin: SumArray,
     halves: Sequence[dict[Powers, int]],
     grid: FamilyGrid,
     fine: tuple[int, int],
@@ -116,7 +116,7 @@ def steps_of(
         starts.append(float(time.parts[0].min()))
         times.append((time + (1 + x)[:, None] * length[None, :]).parts)
         time = time + 2 * length
-    every, field = PairArray(np.concatenate(times, axis=1)), setting.coefficients.aligned
+    every, field = SumArray(np.concatenate(times, axis=1)), setting.coefficients.aligned
     states = states_at(field, begin, every, 106, tolerance=TOLERANCE)
     found = []
     for i, (half, start) in enumerate(zip(halves, starts, strict=True)):
@@ -126,7 +126,7 @@ def steps_of(
     return found
 
 
-def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers, int]]:
+def fitted(values: SumArray, bits: int, at: Sequence[int]) -> list[dict[Powers, int]]:
     """Coefficients of T_j(x) u^k v^l w^m in units of 2^-bits, from values (n, nodes, orbits).
 
     Those of T_0 are doubled. `at` are the numbers of nodes in u, v and w.
@@ -135,7 +135,7 @@ def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers,
     found = values.reshape(-1, *at)
     found = _along_each(found, sizes, [chebyshev_analysis(size, IN_PAIRS) for size in sizes])
     # Smaller ones are noise, which the large coefficients of high T_k would multiply.
-    found = PairArray(
+    found = SumArray(
         np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + NOISE_BITS), 0.0, found.parts)
     )
     # In x the series stays one in Chebyshev polynomials, of which T_0 counts half in a family; in
@@ -156,7 +156,7 @@ def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers,
     return columns
 
 
-def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairArray]) -> PairArray:
+def _along_each(found: SumArray, sizes: tuple[int, ...], rules: Sequence[SumArray]) -> SumArray:
     """Arrays (n, *sizes) multiplied by a matrix along each of the dimensions `sizes`."""
     for size, rule in zip(sizes[::-1], rules[::-1], strict=True):
         # The last dimension is multiplied and comes to the front of the others: after all of them
@@ -167,7 +167,7 @@ def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairAr
 
 
 @functools.cache
-def _powers_of(n: int) -> PairArray:
+def _powers_of(n: int) -> SumArray:
     """The matrix (n, n) from coefficients of T_0 .. T_{n-1} to those of powers."""
     series = np.zeros((n, n))
     for k, row in enumerate(np.eye(n)):
@@ -176,7 +176,7 @@ def _powers_of(n: int) -> PairArray:
     return IN_PAIRS.array(series)
 
 
-def values_at(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
+def values_at(half: dict[Powers, int], at: Sequence[SumArray]) -> SumArray:
     """The half-length of a step for each orbit, t'; stored coefficients are twice theirs."""
     a = IN_PAIRS
     found = a.zeros(at[0].shape)
@@ -190,8 +190,8 @@ def values_at(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
 
 
 def _beginning(
-    quad: Quad, places: Sequence[PairArray], setting: ShiftProblem, turned: bool
-) -> PairArray:
+    quad: Quad, places: Sequence[SumArray], setting: ShiftProblem, turned: bool
+) -> SumArray:
     """States (6, n) of the points of a set at some u, v and w."""
     a, (u, v, w) = IN_PAIRS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
@@ -212,7 +212,7 @@ def _beginning(
     return state_of(quad.rising, d, cos, -g, energies, c, a)
 
 
-def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool) -> Array:
+def _expected(quad: Quad, begin: SumArray, setting: ShiftProblem, turned: bool) -> Array:
     """Times of the next crossings by the return map, t'."""
     states = IN_PAIRS.floats(begin)
     chi = np.arcsin(-states[5])

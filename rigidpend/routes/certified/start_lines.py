@@ -18,7 +18,7 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import hamiltonian_J3_0, height
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.routes.certified.checker import Undecided
@@ -199,7 +199,7 @@ def line_pieces(
 
 def _beside(
     setting: ShiftProblem, of: StartLine, begin: Any, place: Any, Qm: Any, w: Any
-) -> PairArray:
+) -> SumArray:
     """States (6, n) of the points of a strip beside starts with the same place on the line.
 
     Qm is given; the other components follow as C1 says.

@@ -12,7 +12,7 @@ from rigidpend.machine.signals import Stopped
 from rigidpend.machine.workers import side_by_side
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
@@ -269,7 +269,7 @@ def test_terms_are_left_out_that_come_to_less_than_the_threshold_together(
     np.testing.assert_array_equal(found, [most, 0])
 
 
-@pytest.mark.parametrize("kind", [np.asarray, lambda x: PairArray(np.stack((x, 0 * x)))])
+@pytest.mark.parametrize("kind", [np.asarray, lambda x: SumArray(np.stack((x, 0 * x)))])
 def test_starts_have_places_from_end_to_end(kind: Any) -> None:
     Qp = kind(np.array([0.0, 1.0, 2.0, 3.0, 3.0001]))
     table: Any = None

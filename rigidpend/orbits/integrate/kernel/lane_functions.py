@@ -1,4 +1,4 @@
-"""Cosine, sine and logarithm of numbers in vectors of lanes, doubles or pairs of them.
+"""Cosine, sine and logarithm of numbers in vectors of lanes, doubles or sums of them.
 
 The argument is reduced, by multiples of pi/2 or by its exponent, and a power series does the rest.
 Its coefficients are exact fractions, rounded once, and it has as many terms as the bits of the kind
@@ -14,8 +14,8 @@ from fractions import Fraction
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import Doubles, Value, as_doubles
 
-CONSTANT_BITS = 240
-"""Bits of pi and ln 2: more than two pairs have, for a period is subtracted in two numbers."""
+CONSTANT_BITS = 360
+"""Bits of pi and ln 2: more than two triples have, for a period is subtracted in two numbers."""
 SIGN = -(1 << 63)
 """The sign bit of a double, as an integer."""
 ROOT_HALF = int.from_bytes(bytes.fromhex("3fe6a09e667f3bcd"), "big")
@@ -27,7 +27,7 @@ NEAR_1 = 0.0295
 
 
 class Functions:
-    """Elementary functions of one kind of numbers: doubles, or pairs of them."""
+    """Elementary functions of one kind of numbers: doubles, or sums of them."""
 
     def __init__(self, numbers: Doubles) -> None:
         self.numbers, self.code = numbers, numbers.code

@@ -7,28 +7,28 @@ import numpy as np
 import pytest
 
 from rigidpend.numbers.exact import context
-from rigidpend.orbits.integrate import pair_arrays
+from rigidpend.orbits.integrate import sum_arrays
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.kernel.pair_loops import elementwise
-from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.kernel.sum_loops import elementwise
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 
 ROUNDING = 2.0**-101
 """Largest error of an operation, relative to the terms."""
 M = context(260)
 
 
-def made(*shape: int, seed: int = 1) -> PairArray:
+def made(*shape: int, seed: int = 1) -> SumArray:
     random = np.random.default_rng(seed)
     high = random.normal(size=shape)
-    return PairArray(np.stack((high, high * random.uniform(-1, 1, shape) * 2.0**-54)))
+    return SumArray(np.stack((high, high * random.uniform(-1, 1, shape) * 2.0**-54)))
 
 
-def exactly(x: PairArray) -> Any:
+def exactly(x: SumArray) -> Any:
     high, low = (np.vectorize(Fraction, otypes=[object])(part) for part in x.parts)
     return high + low
 
 
-def in_mpmath(x: PairArray) -> list[Any]:
+def in_mpmath(x: SumArray) -> list[Any]:
     return [M.mpf(one.numerator) / one.denominator for one in exactly(x).ravel()]
 
 
@@ -55,8 +55,8 @@ def test_results_are_put_nowhere_else(count: int, step: int) -> None:
     out = np.full((2, 3 * LANES), 7.0)
     place = slice(LANES // 2, LANES // 2 + step * count, step)
     a, b = made(count), made(count, seed=2)
-    elementwise("multiply")(*a.parts, *b.parts, out[0, place], out[1, place])
-    assert (exactly(PairArray(out[:, place])) == exactly(a * b)).all()
+    elementwise("multiply", 106)(*a.parts, *b.parts, out[0, place], out[1, place])
+    assert (exactly(SumArray(out[:, place])) == exactly(a * b)).all()
     out[:, place] = 7
     assert (out == 7).all()
 
@@ -74,7 +74,7 @@ def test_matrix_products_are_those_of_fractions(a: Any, b: Any) -> None:
 def test_sums_of_products_of_polynomials_are_those_of_fractions(shape: tuple[int, ...]) -> None:
     """Fewer columns than lanes, as many, and a last vector that overlaps the one before."""
     left, right = ([made(n, *shape, seed=n) for n in rows] for rows in ((2, 4, 3), (4, 2, 3)))
-    found = exactly(pair_arrays.convolved(left, right))
+    found = exactly(sum_arrays.convolved(left, right))
     factors = [(exactly(p), exactly(q)) for p, q in zip(left, right, strict=True)]
     for r, row in enumerate(found):
         terms = [p[k] * q[r - k] for p, q in factors for k in range(len(p)) if 0 <= r - k < len(q)]
@@ -82,7 +82,7 @@ def test_sums_of_products_of_polynomials_are_those_of_fractions(shape: tuple[int
 
 
 def test_the_logarithm_of_zero_is_minus_infinity() -> None:
-    found = pair_arrays.log(PairArray.of(np.array([0.0, 1.0])))
+    found = sum_arrays.log(SumArray.of(np.array([0.0, 1.0])))
     np.testing.assert_array_equal(found.parts, [[-np.inf, 0.0], [0.0, 0.0]])
 
 
@@ -90,7 +90,7 @@ def test_the_logarithm_of_zero_is_minus_infinity() -> None:
 def test_functions_are_mpmath_s(name: str) -> None:
     """Angles in every quadrant, all others of numbers above 0."""
     given = [made(40), made(40, seed=2)] if name == "atan2" else [abs(made(3, 7))]
-    found = getattr(pair_arrays, name)(*given)
+    found = getattr(sum_arrays, name)(*given)
     for one, *at in zip(*map(in_mpmath, (found, *given)), strict=True):
         assert abs(one - getattr(M, name)(*at)) < ROUNDING * 8
 
@@ -105,6 +105,6 @@ def test_pairs_are_not_taken_for_doubles_in_silence() -> None:
 def test_pairs_are_in_order_by_both_their_parts() -> None:
     """1 - 2^-90, 1 and 1 + 2^-90, whose first parts are alike."""
     parts = np.array([[1.0, 1.0, 1.0], [-(2.0**-90), 0.0, 2.0**-90]])
-    three, middle = PairArray(parts), PairArray(parts[:, 1:2])
+    three, middle = SumArray(parts), SumArray(parts[:, 1:2])
     found = three < middle, three <= middle, three > middle, three >= middle
     assert [list(x) for x in found] == [[1, 0, 0], [1, 1, 0], [0, 0, 1], [0, 1, 1]]

@@ -1,6 +1,7 @@
-"""Arrays of pairs of doubles, some 106 bits, which are used like NumPy's own arrays.
+"""Arrays of sums of two or three doubles, 106 or 159 bits, used like NumPy's own arrays.
 
-The tables of a return map are made with them where doubles do not suffice. The arithmetic is that
+The tables of a return map are made with pairs where doubles do not suffice, and arcs that need more
+digits than pairs have begin in sums of three. The arithmetic is that
 of the kernels, so that the tables are the same on every machine.
 """
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.kernel.pair_loops import (
+from rigidpend.orbits.integrate.kernel.sum_loops import (
     OPERATIONS,
     WIDE_LANES,
     convolution,
@@ -25,11 +26,13 @@ from rigidpend.orbits.integrate.kernel.pair_loops import (
     products,
 )
 
+DOUBLE = 53
+"""Bits of each part."""
 SHORT = 20_000
 """Number of products, 20 microseconds of work, up to which the interpreter is not released."""
 
 
-def _operated(name: str, *, turned: bool = False) -> Callable[[Any, Any], PairArray]:
+def _operated(name: str, *, turned: bool = False) -> Callable[[Any, Any], SumArray]:
     """A method for an operator, element by element; `turned` exchanges the operands."""
     return lambda a, b: _joined(name, b, a) if turned else _joined(name, a, b)
 
@@ -40,24 +43,28 @@ def _compared(relation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
     return lambda a, b: relation((a - b).parts[0], 0)
 
 
-class PairArray:
-    """An array of numbers, each the sum of a double and its rest, at most half an ulp of it."""
+class SumArray:
+    """An array of numbers, each the sum of two doubles or more, the largest first.
+
+    Each double is at most half an ulp of the one before. Numbers of fewer parts in an operation
+    are taken for numbers of as many as the other's.
+    """
 
     __slots__ = ("parts",)
     parts: Any
-    """The larger doubles of all numbers, then the smaller ones, (2, ...)."""
+    """The largest doubles of all numbers, then the smaller ones, (parts, ...)."""
 
     def __init__(self, parts: Any) -> None:
         self.parts = parts
 
     @classmethod
-    def of(cls, x: Any) -> PairArray:
-        """Pairs with the values of doubles; an array of pairs is returned as it is."""
-        if isinstance(x, PairArray):
-            return x
-        high = np.asarray(x, dtype=float)
-        parts = np.zeros((2, *high.shape))
-        parts[0] = high
+    def of(cls, x: Any, count: int = 2) -> SumArray:
+        """Numbers of `count` parts with the values of doubles or of sums, cut off if need be."""
+        known = x.parts if isinstance(x, SumArray) else np.asarray(x, dtype=float)[None]
+        if isinstance(x, SumArray) and len(known) >= count:
+            return x if len(known) == count else cls(known[:count])
+        parts = np.zeros((count, *known.shape[1:]))
+        parts[: len(known)] = known
         return cls(parts)
 
     # NumPy's functions called on pairs come to these two; those that are not in the tables below
@@ -72,7 +79,7 @@ class PairArray:
 
     def __array__(self, *_: Any, **__: Any) -> Any:
         # np.asarray would drop the smaller parts silently.
-        raise TypeError("pairs of doubles are no array of NumPy's: ask for their doubles")
+        raise TypeError("sums of doubles are no array of NumPy's: ask for their doubles")
 
     @property
     def shape(self) -> Any:
@@ -84,10 +91,10 @@ class PairArray:
 
     @property
     def size(self) -> int:
-        return int(self.parts.size) // 2
+        return int(self.parts[0].size)
 
     @property
-    def T(self) -> PairArray:
+    def T(self) -> SumArray:
         return self.transpose(*range(self.ndim - 1, -1, -1))
 
     def exactly(self) -> Any:
@@ -103,11 +110,11 @@ class PairArray:
     def __bool__(self) -> bool:
         return bool(self.parts[0])
 
-    def __getitem__(self, key: Any) -> PairArray:
-        return PairArray(self.parts[_in_both(key)])
+    def __getitem__(self, key: Any) -> SumArray:
+        return SumArray(self.parts[_in_both(key)])
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        given, there = PairArray.of(value), _in_both(key)
+        given, there = SumArray.of(value, len(self.parts)), _in_both(key)
         self.parts[there] = _of_dimensions(given, self.parts[there].ndim - 1)
 
     __add__ = __radd__ = _operated("add")
@@ -118,23 +125,23 @@ class PairArray:
     __lt__, __le__ = _compared(operator.lt), _compared(operator.le)
     __gt__, __ge__ = _compared(operator.gt), _compared(operator.ge)
 
-    def __matmul__(self, other: Any) -> PairArray:
+    def __matmul__(self, other: Any) -> SumArray:
         return matmul(self, other)
 
-    def __rmatmul__(self, other: Any) -> PairArray:
+    def __rmatmul__(self, other: Any) -> SumArray:
         return matmul(other, self)
 
-    def __neg__(self) -> PairArray:
-        return PairArray(-self.parts)
+    def __neg__(self) -> SumArray:
+        return SumArray(-self.parts)
 
-    def __pow__(self, exponent: int) -> PairArray:
+    def __pow__(self, exponent: int) -> SumArray:
         found = self
         for _ in range(exponent - 1):
             found = found * self
         return found
 
-    def __abs__(self) -> PairArray:
-        return PairArray(np.where(self.parts[:1] < 0, -self.parts, self.parts))
+    def __abs__(self) -> SumArray:
+        return SumArray(np.where(self.parts[:1] < 0, -self.parts, self.parts))
 
     def __hash__(self) -> int:
         return hash(self.exactly())
@@ -143,16 +150,16 @@ class PairArray:
         """The larger parts, which are the doubles nearest to the numbers."""
         return self.parts[0].astype(kind)
 
-    def reshape(self, *shape: Any) -> PairArray:
+    def reshape(self, *shape: Any) -> SumArray:
         shape = shape[0] if isinstance(shape[0], tuple) else shape
-        return PairArray(self.parts.reshape(2, *shape))
+        return SumArray(self.parts.reshape(len(self.parts), *shape))
 
-    def transpose(self, *axes: int) -> PairArray:
-        return PairArray(self.parts.transpose(0, *(1 + k for k in axes)))
+    def transpose(self, *axes: int) -> SumArray:
+        return SumArray(self.parts.transpose(0, *(1 + k for k in axes)))
 
-    def sum(self, axis: int) -> PairArray:
+    def sum(self, axis: int) -> SumArray:
         """The sum over an axis, added up pairwise, for few calls and small errors."""
-        rows = PairArray(np.moveaxis(self.parts, axis % self.ndim + 1, 1))
+        rows = SumArray(np.moveaxis(self.parts, axis % self.ndim + 1, 1))
         while len(rows) > 1:
             half = len(rows) // 2
             total = rows[:half] + rows[half : 2 * half]
@@ -165,25 +172,32 @@ class PairArray:
 
 
 def _in_both(key: Any) -> Any:
-    """An index for the array of both parts."""
+    """An index for the array of all parts."""
     return (slice(None), *(key if isinstance(key, tuple) else (key,)))
 
 
-def _joined(name: str, a: Any, b: Any = 0.0) -> PairArray:
+def _joined(name: str, a: Any, b: Any = 0.0) -> SumArray:
     """An operation on one or two arrays, element by element; one of `OPERATIONS`."""
-    (a_high, a_low), (b_high, b_low) = _parts(a), _parts(b)
-    shape = np.broadcast(a_high, b_high).shape
-    out = np.empty((2, *shape))
-    # `out[0, ...]` is an array even where the shape is (); `out[0]` would be a copied number.
-    elementwise(name)(a_high, a_low, b_high, b_low, out[0, ...], out[1, ...])
-    return PairArray(out)
+    count = _count(a, b)
+    left, right = _parts(a, count), _parts(b, count)
+    out = np.empty((count, *np.broadcast(left[0], right[0]).shape))
+    # `out[k, ...]` is an array even where the shape is (); `out[k]` would be a copied number.
+    elementwise(name, DOUBLE * count)(*left, *right, *(out[k, ...] for k in range(count)))
+    return SumArray(out)
 
 
-def _parts(x: Any) -> tuple[Any, Any]:
-    """The larger and the smaller parts of pairs, or of doubles, whose smaller parts are zero."""
-    if type(x) is PairArray:
-        return x.parts[0], x.parts[1]
-    return (x, 0.0) if isinstance(x, (int, float)) else (np.asarray(x, dtype=float), 0.0)
+def _count(*arrays: Any) -> int:
+    """The largest number of parts of the numbers of some arrays."""
+    return max(len(x.parts) for x in arrays if type(x) is SumArray)
+
+
+def _parts(x: Any, count: int) -> list[Any]:
+    """The parts of numbers, or of doubles, whose smaller parts are zero."""
+    if type(x) is SumArray:
+        known = list(x.parts)
+    else:
+        known = [x if isinstance(x, (int, float)) else np.asarray(x, dtype=float)]
+    return known + [0.0] * (count - len(known))
 
 
 def _widened(parts: Any, width: int) -> Any:
@@ -193,19 +207,20 @@ def _widened(parts: Any, width: int) -> Any:
     return found
 
 
-def _broadcast(x: PairArray, shape: Any) -> PairArray:
-    return PairArray(np.broadcast_to(_of_dimensions(x, len(shape)), (2, *shape)))
+def _broadcast(x: SumArray, shape: Any) -> SumArray:
+    return SumArray(np.broadcast_to(_of_dimensions(x, len(shape)), (len(x.parts), *shape)))
 
 
-def _of_dimensions(x: PairArray, n: int) -> Any:
+def _of_dimensions(x: SumArray, n: int) -> Any:
     """The parts of an array as one of n dimensions, by further first ones of length 1."""
     # NumPy's broadcasting would put the new dimensions before the one that counts the parts.
-    return x.parts.reshape(2, *(1,) * (n - x.ndim), *x.shape)
+    return x.parts.reshape(len(x.parts), *(1,) * (n - x.ndim), *x.shape)
 
 
-def matmul(a: Any, b: Any) -> PairArray:
+def matmul(a: Any, b: Any) -> SumArray:
     """The product of matrices, or of stacks of matrices, with NumPy's rules."""
-    a, b = PairArray.of(a), PairArray.of(b)
+    count = _count(a, b)
+    a, b = SumArray.of(a, count), SumArray.of(b, count)
     # Vectors as matrices of one row, or of one column.
     if a.ndim == 1:
         return matmul(a[None], b)[..., 0] if b.ndim == 1 else matmul(a[None], b)[..., 0, :]
@@ -220,11 +235,11 @@ def matmul(a: Any, b: Any) -> PairArray:
     right = y.parts if width >= LANES else _widened(y.parts, LANES)
     left, right = np.ascontiguousarray(x.parts), np.ascontiguousarray(right)
     wide = right.shape[-1]
-    out = np.empty((2, *outer, rows, wide))
-    sets = math.prod(outer)
-    loop = products() if sets * rows * terms * wide > SHORT else held(products)
+    out = np.empty((count, *outer, rows, wide))
+    sets, bits = math.prod(outer), DOUBLE * count
+    loop = products(bits) if sets * rows * terms * wide > SHORT else held(products, bits)
     loop(out, left, right, rows, terms, wide, sets, x.ndim > 2, y.ndim > 2)
-    return PairArray(out[..., :width])
+    return SumArray(out[..., :width])
 
 
 def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
@@ -233,7 +248,7 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     Polynomials are arrays of coefficients, (p, ...) and (q, ...), where further axes are the same
     for all; the sum is (p + q - 1, ...). All are arrays of pairs, or all of doubles.
     """
-    parts = 2 if isinstance(a[0], PairArray) else 1
+    parts = _count(*a) if isinstance(a[0], SumArray) else 1
     shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
     width = math.prod(shape)
     wide = max(width, WIDE_LANES)
@@ -253,51 +268,62 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
         np.empty((3, rows, parts, WIDE_LANES)),
     ]
     many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
-    loop = convolution(53 * parts) if many > SHORT else held(convolution, 53 * parts)
+    loop = convolution(DOUBLE * parts) if many > SHORT else held(convolution, DOUBLE * parts)
     loop(out, *tables, len(a), rows, wide)
     found = out[..., :width].reshape(parts, rows, *shape)
-    return PairArray(found) if parts > 1 else found[0]
+    return SumArray(found) if parts > 1 else found[0]
 
 
-# sqrt, exp and atan2 begin with NumPy's function of the larger part, whose error is some 2^-53. A
-# correction leaves the square of this error, or less.
-def sqrt(x: PairArray) -> PairArray:
-    near = np.sqrt(x.parts[0])
-    return near + (x - PairArray.of(near) * near) / (2 * near)
+# sqrt, exp and atan2 begin with NumPy's function of the largest part, whose error is some 2^-53.
+# Each correction leaves the square of the error before it, or less; one for each further part.
+def sqrt(x: SumArray) -> SumArray:
+    count = len(x.parts)
+    near = SumArray.of(np.sqrt(x.parts[0]), count)
+    for _ in range(1, count):
+        near = near + (x - near * near) / (2 * near.parts[0])
+    return near
 
 
-def exp(x: PairArray) -> PairArray:
-    near = PairArray.of(np.exp(x.parts[0]))
-    # exp(x) = near exp(left), where left = x - ln(near) is some 2^-53 (1 + |x|).
-    left = x - _joined("log", near)
-    return near + near * (left + left * left / 2)
+def exp(x: SumArray) -> SumArray:
+    count = len(x.parts)
+    near = SumArray.of(np.exp(x.parts[0]), count)
+    for _ in range(1, count):
+        # exp(x) = near exp(left), where left = x - ln(near) is some 2^-53 (1 + |x|) at first.
+        left = x - _joined("log", near)
+        near = near + near * (left + left * left / 2)
+    return near
 
 
-def atan2(y: Any, x: Any) -> PairArray:
-    y, x = PairArray.of(y), PairArray.of(x)
-    near = PairArray.of(np.arctan2(y.parts[0], x.parts[0]))
-    c, s = _joined("cos", near), _joined("sin", near)
-    # The tangent of the angle that is missing, which is so small that it is the angle itself.
-    return near + (y * c - x * s) / (x * c + y * s)
+def atan2(y: Any, x: Any) -> SumArray:
+    count = _count(y, x)
+    y, x = SumArray.of(y, count), SumArray.of(x, count)
+    near = SumArray.of(np.arctan2(y.parts[0], x.parts[0]), count)
+    for _ in range(1, count):
+        c, s = _joined("cos", near), _joined("sin", near)
+        # The tangent of the angle that is missing, which is so small that it is the angle itself.
+        near = near + (y * c - x * s) / (x * c + y * s)
+    return near
 
 
 cos, sin = functools.partial(_joined, "cos"), functools.partial(_joined, "sin")
 
 
-def log(x: Any) -> PairArray:
+def log(x: Any) -> SumArray:
     """The natural logarithm of |x|; minus infinity of zero."""
     found = _joined("log", x)
-    found.parts[:, PairArray.of(x).parts[0] == 0] = [[-np.inf], [0.0]]
+    zero = SumArray.of(x).parts[0] == 0
+    found.parts[0, zero], found.parts[1:, zero] = -np.inf, 0.0
     return found
 
 
-def _gathered(function: Callable[..., Any]) -> Callable[..., PairArray]:
+def _gathered(function: Callable[..., Any]) -> Callable[..., SumArray]:
     """A function for pairs from one of NumPy's that puts arrays together along an axis."""
 
-    def found(arrays: Any, axis: int = 0) -> PairArray:
-        parts = [PairArray.of(x).parts for x in arrays]
+    def found(arrays: Any, axis: int = 0) -> SumArray:
+        count = _count(*arrays)
+        parts = [SumArray.of(x, count).parts for x in arrays]
         # The axis of the parts comes first, which shifts only axes that count from the front.
-        return PairArray(function(parts, axis=axis + 1 if axis >= 0 else axis))
+        return SumArray(function(parts, axis=axis + 1 if axis >= 0 else axis))
 
     return found
 
@@ -305,14 +331,15 @@ def _gathered(function: Callable[..., Any]) -> Callable[..., PairArray]:
 _concatenate = _gathered(np.concatenate)
 
 
-def _where(condition: Any, x: Any, y: Any) -> PairArray:
-    arrays = PairArray.of(x), PairArray.of(y)
+def _where(condition: Any, x: Any, y: Any) -> SumArray:
+    count = _count(x, y)
+    arrays = SumArray.of(x, count), SumArray.of(y, count)
     n = max(np.ndim(condition), *(z.ndim for z in arrays))
-    return PairArray(np.where(condition, *(_of_dimensions(z, n) for z in arrays)))
+    return SumArray(np.where(condition, *(_of_dimensions(z, n) for z in arrays)))
 
 
-def _all_of(*arrays: Any) -> list[PairArray]:
-    made = [PairArray.of(x) for x in arrays]
+def _all_of(*arrays: Any) -> list[SumArray]:
+    made = [SumArray.of(x, _count(*arrays)) for x in arrays]
     shape = np.broadcast_shapes(*(x.shape for x in made))
     return [_broadcast(x, shape) for x in made]
 
@@ -321,8 +348,8 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
     **{getattr(np, name): functools.partial(_joined, name) for name in OPERATIONS},
     np.log: log,
     np.matmul: matmul,
-    np.negative: PairArray.__neg__,
-    np.absolute: PairArray.__abs__,
+    np.negative: SumArray.__neg__,
+    np.absolute: SumArray.__abs__,
     np.less: _compared(operator.lt),
     np.less_equal: _compared(operator.le),
     np.greater: _compared(operator.gt),
@@ -338,8 +365,10 @@ FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.concatenate: _concatenate,
     np.append: lambda x, y: _concatenate([x, y.reshape(1)]),
     np.broadcast_arrays: _all_of,
-    np.zeros_like: lambda x, shape=None: PairArray(np.zeros((2, *(shape or x.shape)))),
-    np.ones_like: lambda x: PairArray.of(np.ones(x.shape)),
-    np.repeat: lambda x, n, axis=0: PairArray(np.repeat(x.parts, n, axis=axis + 1)),
-    np.tile: lambda x, n: PairArray(np.tile(x.parts, (1, n))),
+    np.zeros_like: lambda x, shape=None: SumArray(
+        np.zeros((len(x.parts), *(x.shape if shape is None else shape)))
+    ),
+    np.ones_like: lambda x: SumArray.of(np.ones(x.shape), len(x.parts)),
+    np.repeat: lambda x, n, axis=0: SumArray(np.repeat(x.parts, n, axis=axis + 1)),
+    np.tile: lambda x, n: SumArray(np.tile(x.parts, (1, n))),
 }

@@ -18,12 +18,12 @@ import numpy as np
 
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_functions import Functions
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Pairs, Value
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 WIDE_LANES = 2 * LANES
 """Lanes of sums of products: two vectors fill the time in which a sum waits for its last term."""
-OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
+OPERATIONS: dict[str, Callable[[Doubles, Value, Value], Value]] = {
     "add": lambda n, a, b: n.plus(a, b),
     "subtract": lambda n, a, b: n.minus(a, b),
     "multiply": lambda n, a, b: n.times(a, b),
@@ -36,29 +36,30 @@ OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
 
 
 @functools.cache
-def elementwise(name: str) -> Any:
-    """One of the `OPERATIONS` as a NumPy ufunc of four doubles with two results.
+def elementwise(name: str, bits: int) -> Any:
+    """One of the `OPERATIONS` on sums of doubles, as a NumPy ufunc of all their parts.
 
-    It takes the larger and the smaller parts of both arguments and gives those of the result. NumPy
-    handles shapes and strides, and releases the interpreter where an array is long enough.
+    It takes the parts of both arguments and gives those of the result. NumPy handles shapes and
+    strides, and releases the interpreter where an array is long enough.
     """
     code = Writer()
-    n = Pairs(code)
+    n = KINDS[bits](code)
+    parts = n.parts
     # A ufunc's inner loop is called with (args, dims, steps, data): addresses of the operands,
     # number of elements, and bytes from one element to the next. Arrays shorter than a vector take
     # one group of lanes, of which `within` have an element.
     count = code.load("%dims", "i64", 8)
     many = code(f"icmp sge i64 {count}, {LANES}")
     within = code(f"select i1 {many}, i64 {LANES}, i64 {count}")
-    operands = [_Operand(code, k, many, within) for k in range(6)]
+    operands = [_Operand(code, k, many, within) for k in range(3 * parts)]
     with code.loop(code(f"udiv i64 {code.add(count, LANES - 1)}, {LANES}")) as group:
         first = code(f"select i1 {many}, i64 {_first(code, group, count)}, i64 0")
-        a_high, a_low, b_high, b_low = (x.loaded(first) for x in operands[:4])
-        value = OPERATIONS[name](n, (a_high, a_low), (b_high, b_low))
-        for part, operand in zip(value, operands[4:], strict=True):
+        given = tuple(x.loaded(first) for x in operands[: 2 * parts])
+        value = OPERATIONS[name](n, given[:parts], given[parts:])
+        for part, operand in zip(value, operands[2 * parts :], strict=True):
             operand.keep(part, first)
     text = code.function("define i64 @apply(ptr %args, ptr %dims, ptr %steps, ptr %data) {", "0")
-    return _ufunc(name, machine_code.function(text))
+    return _ufunc(name, machine_code.function(text), parts)
 
 
 class _Operand:
@@ -115,8 +116,8 @@ _made: list[Any] = []
 """Data to which ufuncs keep pointers, and which therefore must not be freed."""
 
 
-def _ufunc(name: str, loop: Any) -> Any:
-    """A ufunc with 4 doubles as arguments and 2 as results, whose innermost loop is machine code.
+def _ufunc(name: str, loop: Any, parts: int) -> Any:
+    """A ufunc of two numbers with one result, all in parts, whose innermost loop is machine code.
 
     It is made by PyUFunc_FromFuncAndData, as an extension in C would make it.
     """
@@ -129,14 +130,15 @@ def _ufunc(name: str, loop: Any) -> Any:
     kinds = (ctypes.c_void_p, ctypes.c_void_p, text, *(number,) * 4, text, text, number)
     create = ctypes.PYFUNCTYPE(ctypes.py_object, *kinds)(functions[1])
     loops = (ctypes.c_void_p * 1)(ctypes.cast(loop, ctypes.c_void_p).value)
-    rest = (ctypes.c_void_p * 1)(), bytes([np.dtype(float).num] * 6), name.encode()
+    kinds_of = bytes([np.dtype(float).num] * 3 * parts)
+    rest = (ctypes.c_void_p * 1)(), kinds_of, name.encode()
     _made.append((loop, loops, *rest))
     no_identity = -1
-    return create(loops, *rest[:2], 1, 4, 2, no_identity, rest[2], b"", 0)
+    return create(loops, *rest[:2], 1, 2 * parts, parts, no_identity, rest[2], b"", 0)
 
 
 @functools.cache
-def products() -> Any:
+def products(bits: int) -> Any:
     """The function ``f(out, a, b, rows, terms, width, sets, a_own, b_own)``: matrix products.
 
     For each of the `sets` out[i, c] is the sum of a[i, k] b[k, c] over all terms k. `a_own` and
@@ -144,8 +146,8 @@ def products() -> Any:
     of b, is at least `LANES`.
     """
     code = Writer()
-    n = Pairs(code)
-    total = code.variable(n.rows(2))
+    n = KINDS[bits](code)
+    total = code.variable(n.rows(n.parts))
     a_one, b_one = code.mul("%rows", "%terms"), code.mul("%terms", "%width")
     # The numbers of elements of a and of b: so far behind the larger parts lie the smaller ones.
     a_all, b_all = (
@@ -164,11 +166,11 @@ def products() -> Any:
         with code.loop("%terms") as k:
             row = code.mul(code.mul(one, "%a_own"), a_one)
             row = code.add(code.add(row, code.mul(i, "%terms")), k)
-            places = row, code.add(row, a_all)
+            places = _places(code, row, a_all, n.parts)
             factor = tuple(code.everywhere(code.scalar("%a", place)) for place in places)
             place = code.mul(code.mul(one, "%b_own"), b_one)
             place = code.add(code.add(place, code.mul(k, "%width")), column)
-            b = _loaded(code, "%b", place, b_all)
+            b = _loaded(code, "%b", place, b_all, n.parts)
             n.store(n.with_product(n.load(total, 0), factor, b), total, 0)
         place = code.add(code.mul(one, "%rows"), i)
         place = code.add(code.mul(place, "%width"), column)
@@ -260,11 +262,19 @@ def _first(code: Writer, group: str, count: str) -> str:
     return code(f"select i1 {code(f'icmp slt i64 {first}, {last}')}, i64 {first}, i64 {last}")
 
 
-def _loaded(code: Writer, base: str, place: str, apart: str, parts: int = 2) -> Value:
-    places = (place, code.add(place, apart))[:parts]
+def _places(code: Writer, place: str, apart: str, parts: int) -> list[str]:
+    """The places of a number's parts, each `apart` from the one before."""
+    found = [place]
+    while len(found) < parts:
+        found.append(code.add(found[-1], apart))
+    return found
+
+
+def _loaded(code: Writer, base: str, place: str, apart: str, parts: int) -> Value:
+    places = _places(code, place, apart, parts)
     return tuple(code.load(code.at(base, x, "double"), align=8) for x in places)
 
 
 def _keep(code: Writer, value: Value, base: str, place: str, apart: str) -> None:
-    for part, at in zip(value, (place, code.add(place, apart)), strict=False):
+    for part, at in zip(value, _places(code, place, apart, len(value)), strict=True):
         code.store(part, code.at(base, at, "double"), align=8)
