@@ -70,8 +70,8 @@ STAYING_OPEN = 2.5
 
 Of orbits of 120 and 200 symbols it was 1.5 up to 106 bits, and 1.7 to 1.8 from there to 160; of
 those of 300 symbols 3.4 and 2.8, for a third computation is made of nearly all."""
-MAPPED = {SHARPER: 0.3e-6, SHARPEST: 0.8e-6}
-"""Seconds of a core for a symbol by kept maps, by the bits of the first one.
+MAPPED = {53: 0.1e-6, SHARPER: 0.3e-6, SHARPEST: 0.8e-6}
+"""Seconds of a core for a symbol by kept maps, by the bits of the first one beyond doubles.
 
 With four random bodies it was 0.20 to 0.29, and 0.55 to 1.3 with seven whose passages are deep."""
 DEEP = 9.5
@@ -108,6 +108,11 @@ DECIDED = 0.2
 A map in doubles takes some 0.2 of the time of one in pairs, which then need not follow. Of twenty
 random bodies with deep passages two maps in doubles decided 0 to 0.52 of the orbits, the estimate
 is 0.1 below to 0.14 above; but none of one body's, whose J1_0 is large, where it says all."""
+NONE_OPEN = 1e-9
+"""Share of orbits that doubles leave open, below which no sharper maps are made.
+
+Only regular motions reach it: those of two of sixty random bodies, whose starts are farther from
+the surfaces than these are split."""
 STAKE = 2
 """Largest ratio of the time for tables to the time that they are expected to save in this call.
 
@@ -249,6 +254,8 @@ def fits(bits: int, precisions: Sequence[int], counted: Callable[[int], int] = i
 
 def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     """Bits of the first and the second map, best first; the next serve where these do not pay."""
+    if share_open(problem, 53, displaced=False) < NONE_OPEN:
+        return ((53, 53),)
     least = (SHARPEST, SHARPER) if passage_rotations(problem) >= DEEP else (SHARPER,)
     further = {bits: (*(bits + more for more in FINER[bits]), 53) for bits in least}
     return *((bits, second) for bits in least for second in further[bits]), (53, 53)

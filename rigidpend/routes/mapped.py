@@ -67,7 +67,9 @@ def designs_of(
     """The designs of the maps that are made for so many orbits."""
     # Where nothing follows doubles these decide whatever can be, and integration would be third.
     third = max(precisions) == 53 or costs.doubles_decide(problem)
-    return [FIRST, SECOND, THIRD][: 3 if third and orbits >= THIRDS else 2]
+    # Where no sharper map follows, integration does: it takes the longer the deeper passages are.
+    needed = costs.wanted(problem)[0] == (53, 53)
+    return [FIRST, SECOND, THIRD][: 3 if needed or (third and orbits >= THIRDS) else 2]
 
 
 def expected_tables(
@@ -203,11 +205,13 @@ class Maps:
     @property
     def beyond(self) -> tuple[int, ...]:
         """Precisions, ascending, of integrations that decide what the maps leave open."""
-        return self.run.beyond(self.most_bits, self.counted)
+        # Tables of a thin layer hold so many more digits of d than an integration in as many bits.
+        known = self.most_bits + narrower(self.problem)
+        ladder = self.run.beyond(self.most_bits, self.counted)
+        return tuple(bits for bits in ladder if kept_bits(bits) > known)
 
     def counted(self, bits: int) -> int:
         """The bits for which a computation counts beside a sharper one, by integration."""
-        # Tables of a narrower layer hold so many more digits of d than an integration does.
         more = narrower(self.problem) if bits in self.design_by_bits else 0
         if self.twice:
             # Both maps are compared with the first integration, by limits for their own bits.

@@ -350,7 +350,14 @@ def build(
     # Exact up to here: each of them is rounded once.
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
-    for _ in range(ATTEMPTS):
+
+    def unsettled(errors: Errors, attempt: int) -> MapError:
+        return MapError(
+            f"the tables don't settle: in the last of {attempt + 1} attempts they err by"
+            f" {errors.largest:.2g} of their largest values, and {allowed:.2g} is allowed"
+        )
+
+    for attempt in range(ATTEMPTS):
         sharp = _of_arcs(a, layer, design)
         spent += _building_seconds(rough, planned, a, sharp, design)
         if spent > budget:
@@ -365,13 +372,12 @@ def build(
             # More terms gave nothing, so roundings decide. Where the surfaces split by little,
             # one of a chart's four functions is so small that the roundings of the others, larger
             # ones show in it.
+            if a.bits == MOST_IN_PAIRS:
+                raise unsettled(errors, attempt)
             a = precision(MOST_IN_PAIRS)
         before, planned = errors.largest, planned.larger(errors, allowed)
     else:
-        raise MapError(
-            f"the tables don't settle: in the last of {ATTEMPTS} attempts they err by"
-            f" {errors.largest:.2g} of their largest values, and {allowed:.2g} is allowed"
-        )
+        raise unsettled(errors, attempt)
     if errors.floquet > FLOQUET:
         raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
     own = precision(bits)

@@ -77,10 +77,6 @@ MOST_DEGREE = 60
 """Largest degree of the normal form in doubles; with more bits it grows in proportion to them.
 
 In doubles tables of the degree 51 take a second, and those of 71 and 93 three and six."""
-THIN = 1 / 4
-"""Share of the displacement over which the first look's charts reach, for a thinner layer.
-
-That of a body with mu = 0.018 h0 does not find the normal form's series to reach to all of it."""
 LOOK, TRIM = 64, 2.0**-6
 """Bits of a second look at a thinner layer, beside those by which it is thinner; and the size of
 the midline's terms left out, in widths of the layer.
@@ -119,9 +115,15 @@ class Rough(NamedTuple):
 
     @property
     def displacement(self) -> float:
-        """Size of d on the surfaces, to first order in mu."""
+        """Size of d on the surfaces, to first order in mu.
+
+        A force that turns with the rate kappa J2 = (2 nu/pi) `rate` shifts them by some
+        (pi/2)/sqrt(1 + nu^2) of what it does in the time 1/`rate`.
+        """
         k = self.c.aligned
-        return max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / self.rate
+        nu = math.pi * k.kappa / (2 * k.half_sigma)
+        force = max(abs(k.force_p), abs(k.force_m))
+        return force * math.pi / 2 / (math.hypot(1, nu) * self.rate)
 
     @property
     def rate(self) -> float:
@@ -226,13 +228,11 @@ def first_look(body: Rough, reach: float) -> Layer:
     Raises MapError if it is too wide.
     """
     (c, h), a = body, precision(53)
-    # Width of the charts, of the size of the displacement to first order in mu.
-    # Series may not reach that far where a thinner layer is asked for.
-    thin = reach < LEAST_REACH
-    guess, plain = body.displacement * (THIN if thin else 1), Origin(c, a)
+    guess, thin, plain = body.displacement, reach < LEAST_REACH, Origin(c, a)
     n_x, n_phase, degree = FIRST_LOOK
     length = body.arc_length(guess)
-    nf = normal_form(c, Interval(h, 0.0, 1), degree, body.harmonics(DOUBLES), 0.0, a)
+    n = body.harmonics(DOUBLES)
+    nf = normal_form(c, Interval(h, 0.0, 1), degree, n, 0.0, a, theta3=False)
     splittings, slopes = [], []
     for rising in (False, True):
         table = forward_table(rising, guess, n_x, n_phase, nf, plain, length, a)
@@ -312,7 +312,9 @@ def second_look(body: Rough, layer: Layer, origin: Origin) -> Shrinking:
     origin, width = origin._replace(midlines=(low.middle(), up.middle())), max(layer.widths)
     at, length = Interval(a.number(body.h), a.number(0), 1), a.number(body.arc_length(width))
     border, n = body.border(width), body.harmonics(DOUBLES)
-    nf = normal_form(c, at, SECOND_LOOK, n, border, a, least_share=TINY)
+    # Maps of thin layers are for route codes, which need no theta3: it takes a sum over each arc.
+    thin = any(line.values.any() for line in layer.midlines)
+    nf = normal_form(c, at, SECOND_LOOK, n, border, a, theta3=not thin, least_share=TINY)
     sizes = np.abs(a.floats(nf.odd[:, :2])).max(axis=(0, 1)) * _largest(body, layer, nf, origin)
     degrees = powers(nf.degree, 1).sum(axis=1)
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
