@@ -14,6 +14,7 @@ nome          the invariant in which the normal form's series shrink best
 normal_form   Moser's normal form, found degree by degree
 conjugacy     the normal form at given energies, evaluated and inverted
 poincare      the section M3 = 0 in coordinates (d, chi)
+midline       curves on it midway between both surfaces, from which d counts
 tables        functions of a place, a phase and the energy: fitted at nodes, and looked up
 charts        from the section to the normal form and back, as tables
 passage       passages, forward and backward, with their derivatives, and first crossings

@@ -1,7 +1,7 @@
-"""Arithmetic of arrays of pairs of doubles, in machine code.
+"""Arithmetic of arrays of sums of doubles, in machine code.
 
-NumPy has no such numbers: its `long double` has 64, 113 or 53 bits, depending on the machine. Pairs
-are the same everywhere. An array lies in memory as all of the larger parts, followed by all of the
+NumPy has no such numbers: its `long double` has 64, 113 or 53 bits, depending on the machine. Sums
+are the same everywhere. An array lies in memory as all of the largest parts, followed by all of the
 smaller ones. Each loop goes over it in vectors of lanes. The last vector ends with the array and
 may overlap the one before, so that the length need not be a multiple of the number of lanes.
 """
@@ -186,10 +186,11 @@ def products(bits: int) -> Any:
 def convolution(bits: int) -> Any:
     """The function ``f(out, a, b, a_rows, work, count, rows, width)``: products of polynomials.
 
-    Numbers are doubles (53 bits) or pairs (106). `a` and `b` hold the addresses of `count` arrays
-    each, `a_rows` the number of rows of each array of a; the array of b beside it has `rows` + 1
-    minus that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays and over k.
-    `width` is at least `WIDE_LANES`. `work` has room for 3 `rows` numbers in each of these lanes.
+    Numbers are doubles (53 bits) or sums of them (106, 159). `a` and `b` hold the addresses of
+    `count` arrays each, `a_rows` the number of rows of each array of a; the array of b beside it
+    has `rows` + 1 minus that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays and
+    over k. `width` is at least `WIDE_LANES`. `work` has room for 3 `rows` numbers in each of
+    these lanes.
     """
     # Rows of some columns lie far apart in memory. They are brought together in `work`: the sums,
     # and the rows of a and of b, the parts of a number behind one another.
