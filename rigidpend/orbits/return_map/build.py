@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -350,14 +351,7 @@ def build(
     # Exact up to here: each of them is rounded once.
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
-
-    def unsettled(errors: Errors, attempt: int) -> MapError:
-        return MapError(
-            f"the tables don't settle: in the last of {attempt + 1} attempts they err by"
-            f" {errors.largest:.2g} of their largest values, and {allowed:.2g} is allowed"
-        )
-
-    for attempt in range(ATTEMPTS):
+    for attempt in itertools.count(1):
         sharp = _of_arcs(a, layer, design)
         spent += _building_seconds(rough, planned, a, sharp, design)
         if spent > budget:
@@ -368,16 +362,18 @@ def build(
         nf, charts, errors = _attempt(*given, theta3=design.theta3)
         if errors.largest < allowed:
             break
-        if a.in_pairs and errors.largest > before / 2:
-            # More terms gave nothing, so roundings decide. Where the surfaces split by little,
-            # one of a chart's four functions is so small that the roundings of the others, larger
-            # ones show in it.
-            if a.bits == MOST_IN_PAIRS:
-                raise unsettled(errors, attempt)
+        # Where more terms give nothing roundings decide, and no more terms are tried.
+        idle = a.in_pairs and errors.largest > before / 2
+        if attempt == ATTEMPTS or (idle and a.bits == MOST_IN_PAIRS):
+            raise MapError(
+                f"the tables don't settle: in the last of {attempt} attempts they err by"
+                f" {errors.largest:.2g} of their largest values, and {allowed:.2g} is allowed"
+            )
+        if idle:
+            # Where the surfaces split by little, one of a chart's four functions is so small that
+            # the roundings of the others, larger ones show in it.
             a = precision(MOST_IN_PAIRS)
         before, planned = errors.largest, planned.larger(errors, allowed)
-    else:
-        raise unsettled(errors, attempt)
     if errors.floquet > FLOQUET:
         raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
     own = precision(bits)
