@@ -159,6 +159,7 @@ Arcs that begin beside a midline take longer: with five bodies of 3 to 5 bits fi
 to 1.7 times as long. Series over the whole displacement of a heavy body may not shrink."""
 
 
+@functools.lru_cache(maxsize=256)
 def narrower(problem: RouteProblem) -> int:
     """Bits by which the layer of orbits is narrower than the displacement of both surfaces.
 

@@ -287,10 +287,12 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     monkeypatch.setattr(costs, "LEAST_SECONDS", 0.0)
     assert not found(some, heavy, n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LONG", 0.0)
-    each = costs.integration(problem(symmetric, h0=1, n_symbols=1), (53,))
+    # Such starts are as far from the surfaces as these are displaced, and in no thinner layer.
+    far = {"h0": 1, "J1_0": "0.001", "n_symbols": 1}
+    each = costs.integration(problem(symmetric, **far), (53,))
     told = f"{seconds(each)} each .* no return maps: the body is nearly symmetric"
     with pytest.warns(costs.SlowRoutesWarning, match=told):
-        found(some[:1], symmetric, h0=1, n_symbols=1, precisions=(53,))
+        found(some[:1], symmetric, **far, precisions=(53,))
 
 
 @pytest.mark.usefixtures("eager")

@@ -174,7 +174,7 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
         (Body((2, "4.5e-7", "1.9999998"), (1, 0, 0), "2e-4"), {"h": 1}, MapError, "turns -1[46] "),
         (HEAVY, {}, MapError, "too large|reach|settle|cover"),
         (
-            Body(("1.965", "0.689", "1.942"), (61, 79, 0), "0.0198"),
+            Body(("1.965", "0.689", "1.942"), (61, 79, 0), "0.06"),
             {"h": "1.08"},
             MapError,
             "cannot be inverted at the ends",
@@ -290,7 +290,7 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
     least = build.expected_cost(GENERIC, *ends, 53, SECOND) / 2
     with pytest.raises(build.Costly, match=f"more than the {least:.2g} s"):
         storage.build_apart(GENERIC, ends, 53, SECOND, least)
-    with pytest.raises(MapError, match="does not reach the periodic orbit"):
+    with pytest.raises(MapError, match="cannot be inverted at the ends"):
         storage.build_apart(HEAVY, ends, 53, FIRST, math.inf)
     assert elsewhere.call_count == 2
     for work, task in (call.args for call in elsewhere.call_args_list):
