@@ -100,6 +100,7 @@ def test_sums_over_an_axis_are_those_of_fractions(parts: int) -> None:
 def test_numbers_of_fewer_parts_are_put_beside_others_and_those_of_more_are_cut() -> None:
     pairs, triples = made(4), made(4, seed=2, parts=3)
     x, y, first = exactly(pairs), exactly(triples), np.arange(4) == 0
+    found: Any
     for found, expected in (
         (np.stack([pairs, triples]), [x, y]),
         (np.concatenate([triples, pairs]), [*y, *x]),
@@ -117,6 +118,7 @@ def test_numbers_of_fewer_parts_are_put_beside_others_and_those_of_more_are_cut(
     assert (exactly(into) == [*y, *x]).all()
     np.testing.assert_array_equal(cut.parts, triples.parts[:2])
     np.testing.assert_array_equal(SumArray.of(triples, 2).parts, triples.parts[:2])
+    like: Any
     for like, parts in ((np.zeros_like(triples), 3), (np.ones_like(pairs), 2)):
         assert like.parts.shape == (parts, 4)
 

@@ -32,7 +32,7 @@ DOUBLES, FINE, M = precision(53), precision(200), context(200)
 DEEP = Body(("1.534", "1.296", "1.440"), ("0.983", "0.184", 0), "0.000179")
 """A body drawn by lot with nu = 19: the layer is 2^12 times narrower than the displacement."""
 NARROWER, H = 12, "1.0882"
-ENDS = "1.088", "1.0884"
+ENDS = exact("1.088"), exact("1.0884")
 VALUES = np.array([[3.0, -2e-3, 5e-6, 0.0], [1e-3, 4e-6, 0.0, 1.1e-9], [0.9e-9, 0.0, 0.0, 0.0]])
 SIDES = pytest.mark.parametrize("rising", [False, True], ids=["downward", "upward"])
 
@@ -249,7 +249,7 @@ def test_a_narrow_map_is_kept_with_its_midlines_apart_from_others(
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     storage.kept_map.cache_clear()
-    design, ends = FIRST._replace(narrower=NARROWER), tuple(map(exact, ENDS))
+    design = FIRST._replace(narrower=NARROWER)
     made = return_map(DEEP, h=ENDS, design=design)
     storage.kept_map.cache_clear()
     monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("built again"))
@@ -262,7 +262,7 @@ def test_a_narrow_map_is_kept_with_its_midlines_apart_from_others(
     one, other = (x.program(53, 1e-6, 1e-5).values for x in (made, again))
     np.testing.assert_array_equal(one, other)
     others = [design, design._replace(narrower=NARROWER - 1), FIRST]
-    assert [storage.is_kept(DEEP, *ends, 53, x) for x in others] == [True, False, False]
+    assert [storage.is_kept(DEEP, *ENDS, 53, x) for x in others] == [True, False, False]
 
 
 @pytest.mark.parametrize(
@@ -280,7 +280,7 @@ def test_a_narrow_map_is_kept_with_its_midlines_apart_from_others(
 def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_than_one(
     bits: int, narrower: int, width: float, arcs: tuple[int, int], monkeypatch: Any
 ) -> None:
-    design, ends, asked = FIRST._replace(narrower=narrower), map(exact, ENDS), list[Any]()
+    design, asked = FIRST._replace(narrower=narrower), list[Any]()
     given: Any = Mock(n_energy=1)
 
     def stopped(*made: Any) -> Any:
@@ -291,16 +291,16 @@ def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_th
     monkeypatch.setattr(build, "Origin", stopped)
     layer = Layer(1.0, (2.0**-width, 2.0 ** (1 - width)))
     with pytest.raises(InterruptedError):
-        build.build(DEEP, *ends, bits, design, by=(layer, given))
+        build.build(DEEP, *ENDS, bits, design, by=(layer, given))
     assert [(a.bits, a.parts) for a in asked] == [arcs]
 
 
 def test_a_narrow_map_is_expected_to_cost_what_arcs_in_triples_do() -> None:
     """Tables of 70 bits, of a layer of 2^-26.04; those of 59 bits begin arcs in pairs."""
-    design, ends = FIRST._replace(narrower=NARROWER), tuple(map(exact, ENDS))
+    design = FIRST._replace(narrower=NARROWER)
     for bits, tables, triples in ((64, 70, True), (53, 59, False)):
-        _, planned = build.plan(DEEP, *ends, bits, design)
+        _, planned = build.plan(DEEP, *ENDS, bits, design)
         given = rough(DEEP, H), planned, tables
         costs = [building_seconds(*given, theta3=False, in_triples=x) for x in (False, True)]
         assert costs[0] < costs[1]
-        assert build.expected_cost(DEEP, *ends, bits, design) == costs[triples]
+        assert build.expected_cost(DEEP, *ENDS, bits, design) == costs[triples]
