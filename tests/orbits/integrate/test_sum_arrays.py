@@ -157,6 +157,14 @@ def test_functions_are_mpmath_s(name: str, parts: int) -> None:
         assert abs(one - getattr(M, name)(*at)) < ROUNDING[parts] * 8
 
 
+@PARTS
+def test_exponentials_of_large_numbers_are_as_sharp_as_these(parts: int) -> None:
+    """A first correction leaves the square of a rounding of the number, as a double, over two."""
+    given = abs(256 * made(40, parts=parts))
+    for one, x in zip(*map(in_mpmath, (sum_arrays.exp(given), given)), strict=True):
+        assert abs(one / M.exp(x) - 1) < ROUNDING[parts] * (1 + abs(x)) / 8
+
+
 def test_pairs_are_not_taken_for_doubles_in_silence() -> None:
     with pytest.raises(TypeError, match="ask for their doubles"):
         np.asarray(made(3))

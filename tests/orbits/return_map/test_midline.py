@@ -226,7 +226,7 @@ def test_agrees_a_narrow_map_with_one_that_does_without_midlines(
 def test_states_are_placed_beside_the_midline_with_all_digits_of_a_map(
     design: Design, bits: int, rising: bool
 ) -> None:
-    """States made in 200 bits; in a map of 80 bits pairs of doubles would lose ten of them."""
+    """States are made in 200 bits; doubles would lose twelve bits or more beside the midline."""
     made = return_map(DEEP, h=ENDS, bits=bits, design=design._replace(narrower=NARROWER))
     unit, width = FINE.number(exact(design.unit)), made.charts[rising].forward.width
     chi, share = np.array([0.4, 2.9, 5.5, -1.0]), np.array([0.3, -0.9, 1e-4, 0.7])
