@@ -209,15 +209,16 @@ def test_a_less_sharp_computation_is_a_third_one_from_seven_bits_on(
     assert found.certain.all(axis=0).tolist() == [serves, False, False]
 
 
-@pytest.mark.parametrize("known", [90, 87])
+@pytest.mark.parametrize(("known", "bits"), [(90, 106), (93, 109)])
 def test_two_less_sharp_computations_must_both_confirm_one_that_is_not_much_sharper(
-    known: int,
+    known: int, bits: int
 ) -> None:
-    """Each must agree with the others. Pairs count as 97 bits: at most ten more than is known."""
+    """Each must agree with the others. Sixteen bits are not much, and pairs count as 97 bits."""
     last = np.array([0.99, 0.99, 0.5, 1.01, 0.5, 0]) * SHARPER
     other = np.array([0.0, 0.99, -0.51, 0.5, 1.01, 2]) * SHARPER
     late = {f"second_{known}": last, "first_160": np.full(6, 0.5 * SHARPER)}
-    noted = Noted(**late, first_106=np.zeros(6), third_53=other)
+    late |= {f"first_{bits}": np.zeros(6), "third_53": other}
+    noted = Noted(**late)
     found = decide(noted, 6, 1.0, (known,), most_computations=lambda _: 1)
     asked: list[int] = []
 
@@ -225,8 +226,8 @@ def test_two_less_sharp_computations_must_both_confirm_one_that_is_not_much_shar
         asked.extend(columns)
         return noted(53, THIRD_SCALES, columns)
 
-    climb(noted, found, 1.0, (106, 160), lambda _: 1, beside=beside)
-    assert found.bits.tolist() == [106, 106, 160, 160, 160, 160]
+    climb(noted, found, 1.0, (bits, 160), lambda _: 1, beside=beside)
+    assert found.bits.tolist() == [bits, bits, 160, 160, 160, 160]
     # It is made for columns in which the last one is near, and beside that one alone.
     assert asked == [0, 1, 2, 4, 5]
 
@@ -239,10 +240,10 @@ def test_only_the_first_of_further_precisions_is_compared_with_what_is_beside_th
 
 
 def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> None:
-    """Eleven bits are much."""
-    noted = Noted(second_86=np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL, first_106=np.zeros(2))
-    found = decide(noted, 2, 1.0, (86,), most_computations=lambda _: 1)
-    climb(noted, found, 1.0, (106,), lambda _: 1, beside=Mock(side_effect=AssertionError))
+    """Seventeen bits are much."""
+    noted = Noted(second_92=np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL, first_109=np.zeros(2))
+    found = decide(noted, 2, 1.0, (92,), most_computations=lambda _: 1)
+    climb(noted, found, 1.0, (109,), lambda _: 1, beside=Mock(side_effect=AssertionError))
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
