@@ -205,13 +205,11 @@ class Maps:
     @property
     def beyond(self) -> tuple[int, ...]:
         """Precisions, ascending, of integrations that decide what the maps leave open."""
-        # Tables of a thin layer hold so many more digits of d than an integration in as many bits.
-        known = self.most_bits + narrower(self.problem)
-        ladder = self.run.beyond(self.most_bits, self.counted)
-        return tuple(bits for bits in ladder if kept_bits(bits) > known)
+        return self.run.beyond(self.most_bits, self.counted)
 
     def counted(self, bits: int) -> int:
         """The bits for which a computation counts beside a sharper one, by integration."""
+        # Tables of a thin layer hold so many more digits of d than an integration does.
         more = narrower(self.problem) if bits in self.design_by_bits else 0
         if self.twice:
             # Both maps are compared with the first integration, by limits for their own bits.

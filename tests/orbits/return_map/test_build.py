@@ -24,7 +24,7 @@ from rigidpend.orbits.return_map import (
     storage,
 )
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
-from rigidpend.orbits.return_map.charts import Origin, arcs, free_growth, section_chart
+from rigidpend.orbits.return_map.charts import ArcOrigin, arcs, free_growth, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import normal_form
@@ -331,7 +331,7 @@ def test_the_stated_error_of_a_chart_is_its_factor_times_that_of_each_of_its_fun
     def stated(**tables: ChartTable) -> tuple[float, float]:
         length = a.number(made.orders.length)
         return checks.held_out(
-            rising, chart._replace(**tables), made.normal_form, Origin(c, a), length, a
+            rising, chart._replace(**tables), made.normal_form, ArcOrigin(c, a), length, a
         )
 
     for k in range(4):
@@ -418,7 +418,7 @@ def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float)
     chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
     form = TorusForm(nf, h, a, counts, shared=[3, 2])
     path, time, late, turned, at = arcs(
-        rising, d, chi, form, Origin(c, a), a.number(6.0), a.array([0.5])
+        rising, d, chi, form, ArcOrigin(c, a), a.number(6.0), a.array([0.5])
     )
     end = states_at(c.aligned, path[:, 0], (time / 2 + late)[None], bits)[:, 0]
     missing = rotation_phase(end, c, a) - chi - turned
@@ -456,7 +456,7 @@ def test_phases_at_the_ends_of_arcs_are_sharp_whatever_doubles_lead_there_and_le
 
     monkeypatch.setattr(charts, "states_at", late)
     d, chi = a.array([-0.001, 0, 0.001]), a.array([0.5, 3, 6])
-    given = rising, d, chi, Watched(nf, h, a), Origin(c, a), a.number(4.0), a.array([0.5])
+    given = rising, d, chi, Watched(nf, h, a), ArcOrigin(c, a), a.number(4.0), a.array([0.5])
     path, _, rest, turned, _ = arcs(*given)
     missing = rotation_phase(states_at(c.aligned, path[:, -1], rest[None], 96)[:, 0], c, a)
     assert a.largest(a.sin((missing - chi - turned) / 2)) < 2.0**-103
@@ -470,7 +470,13 @@ def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(ris
     a = precision(96)
     h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
     nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
-    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a), Origin(c, a)
+    given = (
+        rising,
+        a.array([-0.001, 0.001]),
+        a.array([0.5, 3]),
+        TorusForm(nf, h, a),
+        ArcOrigin(c, a),
+    )
     one, other = (section_chart(*given, a.number(x)) for x in (6.0, 6.0 + 1e-13))
     assert a.largest(one - other) < 1e-25
 

@@ -14,7 +14,7 @@ from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.states import first_crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, looks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
-from rigidpend.orbits.return_map.charts import Origin, section_chart
+from rigidpend.orbits.return_map.charts import ArcOrigin, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, fourier_basis, phases
 from rigidpend.orbits.return_map.looks import Layer, Rough, midlines
@@ -119,7 +119,7 @@ def test_agrees_a_midline_with_the_even_part_of_the_surface(
     d, chi = surface(body, h, rising)
     series = np.linalg.lstsq(fourier_basis(chi, 25, DOUBLES), d, rcond=None)[0]
     even = series[[0, *range(1, 25, 2)]]
-    assert np.abs(even[: len(own)] - own).max() < 1e-14 * size
+    assert np.abs(even[: len(own)] - own).max() < 5e-14 * size
     assert np.abs(even[len(own) :]).max() < least < np.abs(even[: len(own)]).min()
     # Between energies too, not at a node of six.
     wide = midlines(rough(body, h), 0.001, least)[rising]
@@ -138,19 +138,19 @@ def test_surfaces_lie_at_equal_distances_from_their_midline(rising: bool) -> Non
     lines = midlines(looked, 0.0, 1e-12 * looked.displacement)
     nf = normal_form(looked.c, Interval(looked.h, 0.0, 1), 7, 15, 0.0, DOUBLES, theta3=False)
     form, chi = TorusForm(nf, np.full(1, looked.h), DOUBLES), phases(n, DOUBLES)
-    origin = Origin(looked.c, DOUBLES, lines)
+    origin = ArcOrigin(looked.c, DOUBLES, lines)
     found = section_chart(rising, 0 * chi, chi, form, origin, looked.arc_length(1e-4))
     value = found[0 if rising else 1]
     even = value + value[-np.arange(n)]
     assert np.abs(even).max() < 10 * 0.001 / 1.3342 * np.abs(value).max()
     # Without it most of the displacement remains.
-    plain = section_chart(rising, 0 * chi, chi, form, Origin(looked.c, DOUBLES), 5.0)
+    plain = section_chart(rising, 0 * chi, chi, form, ArcOrigin(looked.c, DOUBLES), 5.0)
     assert np.abs(plain[0 if rising else 1]).max() > 2 * np.abs(value).max()
 
 
 @pytest.mark.parametrize(
     ("least", "steps", "found"),
-    [(1e-8, 5, True), (1e-8, 4, False), (1e-12, 6, True), (1e-12, 5, False), (1e-16, 12, True)],
+    [(1e-8, 5, True), (1e-8, 4, False), (1e-12, 6, True), (1e-12, 5, False), (1e-15, 7, True)],
 )
 def test_surfaces_are_found_by_as_many_secants_as_that_takes_or_there_is_no_midline(
     least: float, steps: int, found: bool, monkeypatch: pytest.MonkeyPatch
@@ -288,7 +288,7 @@ def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_th
         raise InterruptedError
 
     monkeypatch.setattr(build, "building_seconds", lambda *_, in_triples, **__: float(in_triples))
-    monkeypatch.setattr(build, "Origin", stopped)
+    monkeypatch.setattr(build, "ArcOrigin", stopped)
     layer = Layer(1.0, (2.0**-width, 2.0 ** (1 - width)))
     with pytest.raises(InterruptedError):
         build.build(DEEP, *ENDS, bits, design, by=(layer, given))
