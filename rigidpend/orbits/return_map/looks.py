@@ -190,6 +190,7 @@ def looks(
     thinner ones tried after it.
     """
     if narrower:
+        _check_weight(body)
         layer = first_look(body, 2.0**-narrower)
         layer = layer._replace(midlines=midlines(body, half, TRIM * min(layer.widths)))
         a = precision(min(MOST_IN_PAIRS, LOOK + narrower))
@@ -209,9 +210,8 @@ def whole_reach(body: Rough) -> float:
 
     Raises MapError if nothing is split, or too little.
     """
+    _check_weight(body)
     k = body.c.aligned
-    if not k.force_p and not k.force_m:
-        raise MapError("without weight (mu = 0) nothing is split and no map is needed")
     wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
     if wide < THINNEST:
         # The width of nearly symmetric bodies may underflow to zero.
@@ -221,6 +221,13 @@ def whole_reach(body: Rough) -> float:
             f" {told} of what both are displaced by"
         )
     return min(max(wide, LEAST_REACH), MOST_REACH)
+
+
+def _check_weight(body: Rough) -> None:
+    """Raise MapError if nothing is split."""
+    k = body.c.aligned
+    if not k.force_p and not k.force_m:
+        raise MapError("without weight (mu = 0) nothing is split and no map is needed")
 
 
 def first_look(body: Rough, reach: float) -> Layer:

@@ -187,7 +187,10 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
             MapError,
             "cannot be inverted at the ends",
         ),
-        (Body(*GRIOLI, 0), {}, MapError, "mu = 0"),
+        *(
+            (Body(*GRIOLI, 0), {"design": FIRST._replace(narrower=n)}, MapError, "mu = 0")
+            for n in (0, 8)
+        ),
         (FIG4, {"h": "1e-4"}, MapError, "h0 > mu"),
         (FIG4, {"h": ("1.34", "1.33")}, ParameterError, "ascend"),
         *(
