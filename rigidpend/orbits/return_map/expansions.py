@@ -131,12 +131,13 @@ def gauss(n: int, a: Precision) -> tuple[Any, Any]:
     # Newton's method starts from doubles and doubles the digits in each pass. Two passes more:
     # points in doubles lack some bits, and the weights need polynomials at sharp points.
     for _ in range(2 + math.ceil(math.log2(a.bits / 53))):
-        # Monic Legendre polynomials of degree n - 1 and n, by their three-term recurrence.
-        before, last = np.ones_like(x), x
+        # Legendre polynomials of degree n - 1 and n by their three-term recurrence, with 2^k as the
+        # first coefficient: those of monic ones of 540 points would underflow in the weights.
+        before, last = np.ones_like(x), 2 * x
         for k in range(2, n + 1):
-            share = a.number(Fraction((k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))
-            before, last = last, x * last - share * before
-        slope = (a.number(Fraction(n * n, 2 * n - 1)) * before - n * x * last) / (1 - x * x)
+            share = a.number(Fraction(4 * (k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))
+            before, last = last, 2 * x * last - share * before
+        slope = (a.number(Fraction(2 * n * n, 2 * n - 1)) * before - n * x * last) / (1 - x * x)
         x = x - last / slope
     # Known up to a factor; the weights sum up to the length of the interval, 1.
     weights = (1 - x * x) / (before * before)

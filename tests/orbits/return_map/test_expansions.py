@@ -63,6 +63,16 @@ def test_gauss_s_rule_of_many_points_is_as_sharp_as_pairs() -> None:
         assert finer.largest(off) < 200 * a.epsilon
 
 
+@pytest.mark.parametrize("bits", [53, 96])
+def test_gauss_s_rule_of_600_points_does_not_underflow(bits: int) -> None:
+    """The integral of exp(-40 x) errs by roundings alone, some in each degree of a polynomial."""
+    a = precision(bits)
+    x, weights = gauss(600, a)
+    true = (1 - a.exp(a.array([-40.0]))[0]) / 40
+    assert a.largest((weights * a.exp(-40 * x)).sum(axis=0) / true - 1) < 20 * 600 * a.epsilon
+    assert a.floats(x)[[0, -1]] == pytest.approx([0, 1], abs=1e-5)
+
+
 @pytest.mark.parametrize("bits", [53, 64])
 @pytest.mark.parametrize("counts", [[3, 1022, 2, 2400, 1], [5, 5], [1024]], ids=str)
 def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int]) -> None:

@@ -295,6 +295,19 @@ def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_th
     assert [(a.bits, a.parts) for a in asked] == [arcs]
 
 
+def test_terms_beside_a_midline_suffice_at_the_first_attempt_and_with_fewer_bits_do_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    body = Body(("2.598", "1.762", "2.518"), ("0.775", "0.632", 0), "0.00138")
+    ends = exact("1.27142"), exact("1.27418")
+    monkeypatch.setattr(build, "ATTEMPTS", 1)
+    design = FIRST._replace(narrower=7)
+    assert build.build(body, *ends, 82, design).errors.largest < 2.0**-82 / 8
+    monkeypatch.setattr(build, "NARROW_BITS", 0)
+    with pytest.raises(MapError, match="don't settle"):
+        build.build(body, *ends, 82, design)
+
+
 def test_a_narrow_map_is_expected_to_cost_what_arcs_in_triples_do() -> None:
     """Tables of 70 bits, of a layer of 2^-26.04; those of 59 bits begin arcs in pairs."""
     design = FIRST._replace(narrower=NARROWER)
