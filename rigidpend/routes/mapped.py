@@ -28,7 +28,14 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
-from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third, kept_bits
+from rigidpend.routes.certainty import (
+    COARSE_BITS,
+    FIRST_SCALES,
+    SECOND_SCALES,
+    THIRD_SCALES,
+    Third,
+    kept_bits,
+)
 from rigidpend.routes.map_start import MapStarts, beginning, check_start
 from rigidpend.routes.problem import RouteProblem, narrower
 from rigidpend.routes.run import Run
@@ -207,8 +214,10 @@ class Maps:
         """Precisions, ascending, of integrations that decide what the maps leave open."""
         # Tables of a thin layer hold so many more digits of d than an integration in as many bits.
         known = self.most_bits + narrower(self.problem)
+        # Of three computations an integration that both maps confirm has to be the sharpest.
+        more = COARSE_BITS if self.twice else 1
         ladder = self.run.beyond(self.most_bits, self.counted)
-        return tuple(bits for bits in ladder if kept_bits(bits) > known)
+        return tuple(bits for bits in ladder if kept_bits(bits) >= known + more)
 
     def counted(self, bits: int) -> int:
         """The bits for which a computation counts beside a sharper one, by integration."""
