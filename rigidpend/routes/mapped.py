@@ -221,7 +221,7 @@ class Maps:
 
     def counted(self, bits: int) -> int:
         """The bits for which a computation counts beside a sharper one, by integration."""
-        more = narrower(self.problem) if bits in self.design_by_bits else 0
+        more = narrower(self.problem) if bits in {53, *self.design_by_bits} else 0
         if self.twice:
             # Both maps are compared with the first integration, by limits for their own bits.
             return (kept_bits(bits) if costs.very_deep(self.problem) else bits) + more

@@ -264,7 +264,7 @@ def test_where_passages_are_very_deep_pairs_count_as_less_and_109_bits_follow(
     assert maps.beyond == (106, *([109] if keeps == 97 else []), 120, 131, 160)
     # Narrower tables hold more digits of d; pairs stay while they keep seven bits more than those.
     monkeypatch.setattr(mapped, "narrower", lambda _: 1)
-    assert maps.counted(90) == 91
+    assert [maps.counted(bits) for bits in (53, 82, 90, 106)] == [54, 83, 91, keeps]
     assert maps.beyond == (*([109] if keeps == 97 else []), 120, 131, 160)
     monkeypatch.setattr(mapped, "narrower", lambda _: 0)
     # The first map alone, as where bits near 90 are asked for.
