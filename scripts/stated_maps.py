@@ -16,7 +16,7 @@ import numpy as np
 from rigidpend.experiments.bench.problems import drawn
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST
-from rigidpend.orbits.return_map.charts import Origin, invariants, section_chart
+from rigidpend.orbits.return_map.charts import ArcOrigin, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.precision import MOST_IN_TRIPLES, in_triples, precision
@@ -44,7 +44,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
     c = coefficients(made.body.angles(FINER + 32), made.design.unit, a)
     sharp = in_triples(MOST_IN_TRIPLES)
     sharper = coefficients(made.body.angles(sharp.bits + 32), made.design.unit, sharp)
-    origin = Origin(sharper, sharp, made.midlines)
+    origin = ArcOrigin(sharper, sharp, made.midlines)
     energies = nf.energies._replace(n=o.n_energy + 4 if o.n_energy > 1 else 1)
     sizes = o.degree + 12, o.n_phase_orbit + 8
     finer = normal_form(c, energies, *sizes, nf.radius, a, theta3=nf.theta3)

@@ -58,8 +58,10 @@ def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequenc
         found.outcome[:] = Outcome.FAILED
         which = (maps.last + 1 + ladder.index(bits)) % 2
         # Integration in pairs of doubles is only as much sharper than the map as what they keep.
-        held = maps.built_bits[which] + narrower(maps.problem)
-        at = handover(maps, certainty.kept_bits(bits) - held, columns, known)
+        fewer = narrower(maps.problem)
+        more = certainty.kept_bits(bits) - maps.built_bits[which] - fewer
+        # Beside a midline errors of maps in doubles too begin as many bits smaller.
+        at = handover(maps, more - fewer, columns, known)
         some = np.flatnonzero(at)
         if some.size:
             given = columns[some], columns_of(found, some), at[some], which
@@ -81,9 +83,9 @@ def handover(maps: Maps, more: int, columns: Columns, known: Decided) -> NDArray
     before = columns_of(known, columns)
     doubles = maps.crossings(53, certainty.FIRST_SCALES, columns)
     error = maps.run.rate * np.abs(doubles.time - before.crossings.time)
-    # From GROWING on the error has grown by 2^more. Beside a midline it begins smaller, by as many
-    # bits as d has more. Negated, so that a missing time (NaN) counts as a large error.
-    grown = ~(error <= GROWING * 2.0 ** (more - narrower(maps.problem) - 53))
+    # From GROWING on the error has grown by 2^more. Negated, so that a missing time (NaN)
+    # counts as a large error.
+    grown = ~(error <= GROWING * 2.0 ** (more - 53))
     # argmax finds the first crossing with True. Symbol at - 1 is certain only if crossing `at` is.
     at = np.maximum(1, np.argmax(grown, axis=0))
     certain = before.certain[at - 1, np.arange(columns.size)]

@@ -73,7 +73,8 @@ class Run:
         `counted` is as in `costs.fits`.
         """
         engine, _, precisions = self.arithmetic
-        asked = [x for x in precisions if x > known]
+        # An integration that is less sharp than what is known would settle nothing.
+        asked = [x for x in precisions if x > known and certainty.kept_bits(x) >= counted(known)]
         rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked), counted)]
         return tuple(sorted((*asked, *rungs)))
 

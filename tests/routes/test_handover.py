@@ -140,10 +140,14 @@ def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_ma
     monkeypatch.setattr(ReturnMap, "program", watched)
     monkeypatch.setattr(handover, "handover", nowhere)
     one = columns_of(known.crossings, open_[:1])
-    for bits in (106, 109):
-        handed_over(maps, lambda *_: one, known, LADDER)(bits, certainty.FIRST_SCALES, open_[:1])
-    # Of pairs of doubles 97 bits count.
-    assert more == [97 - 90, 109 - 90]
+    for fewer in (0, 3):
+        monkeypatch.setattr(handover, "narrower", lambda _, fewer=fewer: fewer)
+        for bits in (106, 109):
+            computed = handed_over(maps, lambda *_: one, known, LADDER)
+            computed(bits, certainty.FIRST_SCALES, open_[:1])
+    # Of pairs of doubles 97 bits count. A map of a layer narrower by 3 bits is as much sharper, and
+    # its errors in doubles begin as much below `GROWING`.
+    assert more == [97 - 90, 109 - 90, 97 - 90 - 6, 109 - 90 - 6]
     maps.crossings(82, certainty.FIRST_SCALES, open_)
     beside_2 = np.array([[1, 1e-4, 0, 0.6, 0.8, 0]]).T
     maps.onward(0, open_[:1], beside_2, np.zeros(1), 3, rising=True)

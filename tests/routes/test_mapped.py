@@ -1,6 +1,7 @@
 """Maps of a run's orbits: which are made, of how many bits, and the crossings by them."""
 
 import contextlib
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -270,6 +271,63 @@ def test_where_passages_are_very_deep_pairs_count_as_less_and_109_bits_follow(
     # The first map alone, as where bits near 90 are asked for.
     maps.design_by_bits.pop(90)
     assert [maps.counted(bits) for bits in (82, 106)] == [90, 106]
+    monkeypatch.setattr(mapped, "narrower", lambda _: 1)
+    assert [maps.counted(bits) for bits in (53, 82, 106)] == [54, 91, 106]
+
+
+@pytest.mark.parametrize(
+    ("rotations", "more", "counted", "beyond"),
+    [
+        (9.4, 0, [53, 72, 83, 106], (106, 120, 131, 160)),
+        (9.4, 14, [67, 86, 97, 106], (106, 120, 131, 160)),
+        # Pairs of doubles keep 97 bits: then they would be less sharp than what is known.
+        (9.4, 15, [68, 87, 98, 106], (109, 120, 131, 160)),
+        # Where both maps confirm pairs, these have to keep seven bits more than the maps count for.
+        (9.6, 5, [58, 87, 95, 106], (120, 131, 160)),
+        (20.0, 7, [60, 89, 97, 97], (109, 120, 131, 160)),
+        (20.0, 8, [61, 90, 98, 97], (109, 120, 131, 160)),
+    ],
+)
+def test_a_map_of_a_narrower_layer_counts_for_as_many_bits_more(
+    rotations: float,
+    more: int,
+    counted: list[int],
+    beyond: tuple[int, ...],
+    but: Callable[..., Asked],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    but()
+    monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
+    maps = mapped.Maps(run())
+    monkeypatch.setattr(mapped, "narrower", lambda _: more)
+    found = [maps.counted(bits) for bits in (53, *maps.design_by_bits, 106)]
+    assert found == counted
+    assert maps.beyond == beyond
+
+
+def test_all_maps_of_a_problem_are_those_of_its_layer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As they are looked for, estimated, made here or in another process, and used."""
+    asked = list[tuple[str, int]]()
+
+    def watched(name: str, found: Any) -> None:
+        def called(*given: Any, **more: Any) -> Any:
+            design = next(x for x in (*given, *more.values()) if isinstance(x, Design))
+            asked.append((name, design.narrower))
+            return found(design) if name == "return_map" else found
+
+        monkeypatch.setattr(mapped, name, called)
+
+    task = run(jobs=2)
+    for name, found in (("is_kept", False), ("expected_cost", 1.0), ("build_apart", None)):
+        watched(name, found)
+    given: Any = {"h": task.problem.energies, "bits": 53}
+    whole = functools.partial(return_map, task.problem.body, **given)
+    watched("return_map", lambda design: whole(design=design._replace(narrower=0)))
+    monkeypatch.setattr(mapped, "narrower", lambda _: 2)
+    mapped.Maps(task)
+    mapped.expected_tables(task.problem, 10, math.inf)
+    every = {"is_kept", "expected_cost", "build_apart", "return_map"}
+    assert set(asked) == {(name, 2) for name in every}
 
 
 @pytest.mark.parametrize(

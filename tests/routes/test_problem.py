@@ -15,6 +15,7 @@ from rigidpend.routes.problem import (
     MOST_SYMBOLS,
     ProblemError,
     RouteProblem,
+    narrower,
     narrowness,
     passage_limit,
     passage_rotations,
@@ -129,6 +130,48 @@ def test_passages_take_as_many_rotations_as_is_foretold() -> None:
 def test_narrowness_is_the_logarithm_at_any_shape(nu: float) -> None:
     true = mpmath.log(mpmath.sinh(nu) / nu)
     assert narrowness(nu) == pytest.approx(float(true), rel=1e-13)
+
+
+LONG = (2, "1.9", "1.95")
+"""Moments of a body with nu = 61, whose surfaces are split by 2^-82 of their displacement."""
+
+
+@pytest.mark.parametrize(
+    ("mu", "share", "bits"),
+    [
+        # The start's |I|, 4 J1/J2, over 16 nu: from 6 bits on they pay, or from 3 with more weight.
+        *(("0.001", 2.0**-6 * (1 + x), bits) for x, bits in ((-1e-9, 6), (1e-9, 0))),
+        *(("0.001", 2.0**-7 * (1 + x), bits) for x, bits in ((-1e-9, 7), (1e-9, 6))),
+        *(("0.0101", 2.0**-3 * (1 + x), bits) for x, bits in ((-1e-9, 3), (1e-9, 0))),
+        *((mu, 2.0**-5.5, bits) for mu, bits in (("0.0101", 5), ("0.01", 0), ("0.0099", 0))),
+        *(("0.001", 2.0**-40 * (1 + x), bits) for x, bits in ((1e-9, 39), (-1e-9, 40), (-0.6, 40))),
+        # Its |v|, 8 J1 h0/mu, where mu is less.
+        *(("0.0005", x, bits) for x, bits in ((0.999 * 2.0**-6, 0), (0.49 * 2.0**-6, 6))),
+        ("0", 2.0**-20, 0),
+    ],
+)
+def test_a_layer_is_narrower_than_its_displacement_by_what_its_starts_allow(
+    mu: str, share: float, bits: int
+) -> None:
+    own = problem(Body(LONG, FIG4.r, mu), h0=1)
+    J1_0 = share * float(own.J2_0(53)) / (4 * 16 * own.body.nu)
+    assert narrower(problem(own.body, h0=1, J1_0=J1_0)) == bits
+
+
+@pytest.mark.parametrize("share", [2.0**-6, 2.0**-9])
+def test_starts_lie_within_the_range_of_a_narrower_layer_s_normal_form(share: float) -> None:
+    """|v| of a start over that at arcs' ends is 8 J1 h0/mu times two to the bits."""
+    body = Body(LONG, FIG4.r, "0.0004")
+    bits = round(-math.log2(share))
+    for off, expected in ((-1e-9, bits), (1e-9, bits - 1 if bits > 6 else 0)):
+        assert narrower(problem(body, h0=2, J1_0=share * (1 + off) * 0.0002 / 8)) == expected
+
+
+@pytest.mark.parametrize("A", [("1.534", "1.296", "1.44"), (2, "1.7", "1.85"), FIG4.A])
+def test_a_layer_is_narrower_by_its_splitting_where_starts_are_close(A: Any) -> None:
+    body = Body(A, FIG4.r, FIG4.mu)
+    true = mpmath.log(mpmath.sinh(body.nu) / body.nu / (16 * body.nu), 2)
+    assert narrower(problem(body, J1_0="1e-30")) == max(0, math.floor(true))
 
 
 def test_whisker_growth_is_the_mean_over_random_phases() -> None:

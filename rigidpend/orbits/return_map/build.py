@@ -19,7 +19,13 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map.charts import Chart, Charts, Origin, forward_table, inverse_table
+from rigidpend.orbits.return_map.charts import (
+    ArcOrigin,
+    Chart,
+    Charts,
+    forward_table,
+    inverse_table,
+)
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking, looks
@@ -357,7 +363,7 @@ def build(
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)
-        origin = Origin(coefficients(p, design.unit, sharp), sharp, layer.midlines)
+        origin = ArcOrigin(coefficients(p, design.unit, sharp), sharp, layer.midlines)
         given = origin, rough, energies, layer, planned, exponent, a
         nf, charts, errors = _attempt(*given, theta3=design.theta3)
         if errors.largest < allowed:
@@ -392,7 +398,7 @@ def build(
 
 
 def _attempt(
-    origin: Origin,
+    origin: ArcOrigin,
     rough: Rough,
     energies: Interval,
     layer: Layer,

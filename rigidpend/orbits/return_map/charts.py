@@ -58,7 +58,7 @@ The unit is that of time on a separatrix, 2/(J2 sin(alpha0)) in t'. Without weig
 pi/2."""
 
 
-class Origin(NamedTuple):
+class ArcOrigin(NamedTuple):
     """The midlines from which tables count d, and the numbers in which arcs begin and run."""
 
     c: Coefficients
@@ -92,7 +92,7 @@ def section_chart(
     d: Scalar,
     chi: Scalar,
     form: TorusForm,
-    origin: Origin,
+    origin: ArcOrigin,
     length: Scalar,
 ) -> Any:
     """U, V, and the constants of time t' and theta3, at N points of the section: (4, N).
@@ -129,7 +129,7 @@ def arcs(
     d: Scalar,
     chi: Scalar,
     form: TorusForm,
-    origin: Origin,
+    origin: ArcOrigin,
     length: Scalar,
     shares: Scalar,
 ) -> tuple[Any, Any, Any, Any, NormalPoint]:
@@ -246,7 +246,7 @@ def forward_table(
     n_x: int,
     n_phase: int,
     nf: NormalForm,
-    origin: Origin,
+    origin: ArcOrigin,
     length: Scalar,
     a: Precision,
 ) -> ChartTable:

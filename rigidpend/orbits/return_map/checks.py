@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
-from rigidpend.orbits.return_map.charts import Chart, Origin, invariants, section_chart
+from rigidpend.orbits.return_map.charts import ArcOrigin, Chart, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
@@ -69,7 +69,7 @@ def held_out(
     rising: bool,
     chart: Chart,
     nf: NormalForm,
-    origin: Origin,
+    origin: ArcOrigin,
     length: Scalar,
     a: Precision,
 ) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.orbits.return_map.charts import (
-    Origin,
+    ArcOrigin,
     arcs,
     forward_table,
     inverse_table,
@@ -77,9 +77,10 @@ MOST_DEGREE = 60
 """Largest degree of the normal form in doubles; with more bits it grows in proportion to them.
 
 In doubles tables of the degree 51 take a second, and those of 71 and 93 three and six."""
-LOOK, TRIM = 64, 2.0**-6
-"""Bits of a second look at a thinner layer, beside those by which it is thinner; and the size of
-the midline's terms left out, in widths of the layer.
+LOOK = 64
+"""Bits of a second look at a thinner layer, beside those by which it is thinner."""
+TRIM = 2.0**-6
+"""Size of the terms that midlines leave out, in widths of the layer.
 
 Smaller terms are roundings of doubles, each a harmonic that the tables would have to hold."""
 MIDLINE_ENERGIES, MIDLINE_STEPS = 6, 12
@@ -189,15 +190,16 @@ def looks(
     thinner ones tried after it.
     """
     if narrower:
+        _check_weight(body)
         layer = first_look(body, 2.0**-narrower)
         layer = layer._replace(midlines=midlines(body, half, TRIM * min(layer.widths)))
         a = precision(min(MOST_IN_PAIRS, LOOK + narrower))
-        return layer, second_look(body, layer, Origin(sharp(a), a, layer.midlines))
+        return layer, second_look(body, layer, ArcOrigin(sharp(a), a, layer.midlines))
     reach, refused = whole_reach(body), None
     while refused is None or reach >= SHORTEST:
         try:
             layer = first_look(body, reach)
-            return layer, second_look(body, layer, Origin(body.c, precision(53)))
+            return layer, second_look(body, layer, ArcOrigin(body.c, precision(53)))
         except MapError as reason:
             refused, reach = refused or reason, reach * SHORTER
     raise refused
@@ -208,9 +210,8 @@ def whole_reach(body: Rough) -> float:
 
     Raises MapError if nothing is split, or too little.
     """
+    _check_weight(body)
     k = body.c.aligned
-    if not k.force_p and not k.force_m:
-        raise MapError("without weight (mu = 0) nothing is split and no map is needed")
     wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
     if wide < THINNEST:
         # The width of nearly symmetric bodies may underflow to zero.
@@ -222,13 +223,20 @@ def whole_reach(body: Rough) -> float:
     return min(max(wide, LEAST_REACH), MOST_REACH)
 
 
+def _check_weight(body: Rough) -> None:
+    """Raise MapError if nothing is split."""
+    k = body.c.aligned
+    if not k.force_p and not k.force_m:
+        raise MapError("without weight (mu = 0) nothing is split and no map is needed")
+
+
 def first_look(body: Rough, reach: float) -> Layer:
     """Estimate the layer that is `reach` times the splitting wide, from charts of low order.
 
     Raises MapError if it is too wide.
     """
     (c, h), a = body, precision(53)
-    guess, thin, plain = body.displacement, reach < LEAST_REACH, Origin(c, a)
+    guess, thin, plain = body.displacement, reach < LEAST_REACH, ArcOrigin(c, a)
     n_x, n_phase, degree = FIRST_LOOK
     length = body.arc_length(guess)
     n = body.harmonics(DOUBLES)
@@ -275,13 +283,13 @@ def midlines(body: Rough, half: float, least: float) -> Midlines:
     Raises
     ------
     MapError
-        A surface does not reach the section, or is not found to an eighth of `least`.
+        A surface does not reach the section, or is not found up to `least`.
     """
     (c, h), a, n = body, precision(53), body.harmonics(DOUBLES)
     energies = Interval(h, half, MIDLINE_ENERGIES if half else 1)
     nf = normal_form(c, energies, FIRST_LOOK[2], n, 0.0, a, theta3=False)
     form = TorusForm(nf, energies.nodes(a), a, [n] * energies.n)
-    chi, plain, found = np.tile(phases(n, a), energies.n), Origin(c, a), []
+    chi, plain, found = np.tile(phases(n, a), energies.n), ArcOrigin(c, a), []
     for rising in (False, True):
         # Secants find where U is zero, or V downward. Both are nearly linear in d. The closer d
         # is, the longer are the arcs, so that so few terms of the normal form suffice.
@@ -290,7 +298,7 @@ def midlines(body: Rough, half: float, least: float) -> Midlines:
         for _ in range(MIDLINE_STEPS):
             known, length = value, body.arc_length(width)
             value = section_chart(rising, d, chi, form, plain, length)[0 if rising else 1]
-            if np.abs(step).max() < least / 8:
+            if np.abs(step).max() < least:
                 break
             if known.any():
                 # Where both values are the same the surface is found, to a rounding.
@@ -303,7 +311,7 @@ def midlines(body: Rough, half: float, least: float) -> Midlines:
     return found[0], found[1]
 
 
-def second_look(body: Rough, layer: Layer, origin: Origin) -> Shrinking:
+def second_look(body: Rough, layer: Layer, origin: ArcOrigin) -> Shrinking:
     """Measure how fast the terms of the normal form and of the charts shrink, at one energy.
 
     Raises MapError if the series shrink too slowly, or the arcs do not end within their range.
@@ -336,7 +344,7 @@ def second_look(body: Rough, layer: Layer, origin: Origin) -> Shrinking:
     return Shrinking(by_degree, by_x, by_phase, float(nf.exponent[0, 0]))
 
 
-def _largest(body: Rough, layer: Layer, nf: NormalForm, origin: Origin) -> Any:
+def _largest(body: Rough, layer: Layer, nf: NormalForm, origin: ArcOrigin) -> Any:
     """The largest |u^j v^k| where arcs from the ends of both sections' widths end, by `powers`.
 
     The `border`, an estimate for orbits without weight, is smaller than |u| and |v| there by a

@@ -154,10 +154,10 @@ def just_below(source: random.Random, size: float) -> list[Fraction]:
     return [Fraction(size) * (1 - Fraction(source.getrandbits(96), 1 << 106)) for _ in range(LANES)]
 
 
-ROUNDINGS = {53: 2.0, 106: 3.0}
+ROUNDINGS = {53: 2.0, 106: 3.0, 159: 4.0}
 """Errors allowed, in units of 2^-bits of an angle above 1 and of any other result."""
-M = context(300)
-BITS = pytest.mark.parametrize("bits", [53, 106])
+M = context(400)
+BITS = pytest.mark.parametrize("bits", [53, 106, 159])
 
 
 def values(bits: int, lines: Callable[[Functions, Value], Value], x: Any) -> Any:
@@ -169,11 +169,12 @@ def values(bits: int, lines: Callable[[Functions, Value], Value], x: Any) -> Any
 
 
 def numbers_between(low: float, high: float, seed: int, bits: int) -> tuple[Any, list[Any]]:
-    """LANES numbers with a second part, and the same for mpmath."""
+    """LANES numbers of as many parts as the bits take, and the same for mpmath."""
     random = np.random.default_rng(seed)
-    head = random.uniform(low, high, LANES)
-    rest = random.uniform(-0.5, 0.5, LANES) * np.spacing(head) * (bits > 53)
-    return (head, rest), [M.mpf(a) + M.mpf(b) for a, b in zip(head, rest, strict=True)]
+    parts = [random.uniform(low, high, LANES)]
+    for _ in range(1, KINDS[bits].parts):
+        parts.append(random.uniform(-0.5, 0.5, LANES) * np.spacing(parts[-1]))
+    return parts, [sum(map(M.mpf, x)) for x in zip(*parts, strict=True)]
 
 
 @BITS

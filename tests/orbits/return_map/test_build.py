@@ -14,9 +14,17 @@ from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
+from rigidpend.orbits.return_map import (
+    MapError,
+    ReturnMap,
+    build,
+    charts,
+    checks,
+    return_map,
+    storage,
+)
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
-from rigidpend.orbits.return_map.charts import Origin, arcs, free_growth, section_chart
+from rigidpend.orbits.return_map.charts import ArcOrigin, arcs, free_growth, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import normal_form
@@ -179,7 +187,10 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
             MapError,
             "cannot be inverted at the ends",
         ),
-        (Body(*GRIOLI, 0), {}, MapError, "mu = 0"),
+        *(
+            (Body(*GRIOLI, 0), {"design": FIRST._replace(narrower=n)}, MapError, "mu = 0")
+            for n in (0, 8)
+        ),
         (FIG4, {"h": "1e-4"}, MapError, "h0 > mu"),
         (FIG4, {"h": ("1.34", "1.33")}, ParameterError, "ascend"),
         *(
@@ -323,7 +334,7 @@ def test_the_stated_error_of_a_chart_is_its_factor_times_that_of_each_of_its_fun
     def stated(**tables: ChartTable) -> tuple[float, float]:
         length = a.number(made.orders.length)
         return checks.held_out(
-            rising, chart._replace(**tables), made.normal_form, Origin(c, a), length, a
+            rising, chart._replace(**tables), made.normal_form, ArcOrigin(c, a), length, a
         )
 
     for k in range(4):
@@ -410,15 +421,50 @@ def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float)
     chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
     form = TorusForm(nf, h, a, counts, shared=[3, 2])
     path, time, late, turned, at = arcs(
-        rising, d, chi, form, Origin(c, a), a.number(6.0), a.array([0.5])
+        rising, d, chi, form, ArcOrigin(c, a), a.number(6.0), a.array([0.5])
     )
     end = states_at(c.aligned, path[:, 0], (time / 2 + late)[None], bits)[:, 0]
     missing = rotation_phase(end, c, a) - chi - turned
     assert a.largest(a.sin(missing / 2)) < off
     assert a.largest(turned[:6] - turned[0]) == a.largest(turned[6:] - turned[6]) == 0
+    side = 1 if rising else -1
+    free = free_growth(side, a.number(6.0), np.repeat(h, counts), c, a)
+    assert a.largest(turned - free) < off
     # u and v there belong to each point's own end.
     alone = TorusForm(nf, h, a, counts).inverted(chi + turned, end[0], end[1])
     assert a.largest(np.stack([at.u - alone.u, at.v - alone.v])) < off
+
+
+@pytest.mark.parametrize("rising", [False, True])
+def test_phases_at_the_ends_of_arcs_are_sharp_whatever_doubles_lead_there_and_less_than_a_turn(
+    rising: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A rest of 3.6e-15 would leave some roundings of pairs, with much weight, along its tangent.
+
+    A part of the larger of u and v turns with the phase, and the smaller one is to be kept beside.
+    """
+    a, seen = precision(96), list[Any]()
+    h, c = a.array([1.3342]), coefficients(Body(*GRIOLI, "0.05").angles(160), "1", a)
+    nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a)
+
+    class Watched(TorusForm):
+        """Tells the phases at which points are put into the normal form."""
+
+        def inverted(self, psi: Any, *beside: Any) -> Any:
+            seen.append(psi)
+            return super().inverted(psi, *beside)
+
+    def late(c: Any, states: Any, times: Any, bits: int = 53) -> Any:
+        return states_at(c, states, times + 3.6e-15 * (bits == 53 and abs(times[0, 0]) > 1), bits)
+
+    monkeypatch.setattr(charts, "states_at", late)
+    d, chi = a.array([-0.001, 0, 0.001]), a.array([0.5, 3, 6])
+    given = rising, d, chi, Watched(nf, h, a), ArcOrigin(c, a), a.number(4.0), a.array([0.5])
+    path, _, rest, turned, _ = arcs(*given)
+    missing = rotation_phase(states_at(c.aligned, path[:, -1], rest[None], 96)[:, 0], c, a)
+    assert a.largest(a.sin((missing - chi - turned) / 2)) < 2.0**-103
+    assert a.largest(seen[0]) < 3.15 < a.largest(chi + turned)
+    assert a.largest(a.sin((seen[0] - chi - turned) / 2)) < 2.0**-103
 
 
 @pytest.mark.parametrize("rising", [False, True])
@@ -427,7 +473,13 @@ def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(ris
     a = precision(96)
     h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
     nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
-    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a), Origin(c, a)
+    given = (
+        rising,
+        a.array([-0.001, 0.001]),
+        a.array([0.5, 3]),
+        TorusForm(nf, h, a),
+        ArcOrigin(c, a),
+    )
     one, other = (section_chart(*given, a.number(x)) for x in (6.0, 6.0 + 1e-13))
     assert a.largest(one - other) < 1e-25
 

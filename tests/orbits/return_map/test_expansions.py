@@ -6,7 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import context, exact
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map.expansions import (
     Interval,
     fourier_analysis,
@@ -17,7 +18,7 @@ from rigidpend.orbits.return_map.expansions import (
     in_blocks,
     phases,
 )
-from rigidpend.orbits.return_map.precision import UNDIVIDED, precision, product
+from rigidpend.orbits.return_map.precision import UNDIVIDED, in_triples, precision, product
 from rigidpend.orbits.return_map.storage import as_doubles, from_doubles
 
 BITS = [53, 64, 113, 160]
@@ -111,3 +112,45 @@ def test_numbers_are_rounded_once_and_stored_without_loss(bits: int) -> None:
     assert (from_doubles(as_doubles(third), a) == third).all()
     if bits > 53:
         assert a.largest(third - a.array(third.astype(float))) > a.epsilon, "more than doubles"
+
+
+def test_triples_hold_numbers_of_every_kind_with_all_their_digits() -> None:
+    """Those of other precisions without loss, and all others as close as 159 bits come."""
+    a, m = in_triples(148), context(150)
+    pairs = SumArray(np.array([[1.0, -3.0], [2.0**-60, 2.0**-58]]))
+    wide = 1 + m.mpf(2) ** -140
+    kept = Fraction(1) + Fraction(1, 2**60), Fraction(-3) + Fraction(1, 2**58)
+    true = Fraction(1) + Fraction(1, 2**140)
+    for given, values in (
+        (pairs, kept),
+        ([pairs[0], 0.5], (kept[0], Fraction(1, 2))),
+        (np.array([wide, m.mpf(2)]), (true, 2)),
+        ([[1, 0.5], [-2, true]], ((1, Fraction(1, 2)), (-2, true))),
+        (np.array([3, 4]), (3, 4)),
+    ):
+        found = a.array(given)
+        assert len(found.parts) == 3
+        assert (found.exactly() == np.array(values, dtype=object)).all()
+    assert a.array(a.number(wide)).exactly() == a.number(true).exactly() == true
+    fine = context(400)
+    for found, x in (
+        (a.pi, fine.pi),
+        (a.number(exact("sqrt(2)")), fine.sqrt(2)),
+        (a.number(Fraction(1, 3)), fine.mpf(1) / 3),
+        (a.array([exact("sqrt(3)")])[0], fine.sqrt(3)),
+    ):
+        assert abs(sum(map(fine.mpf, found.parts.tolist())) / x - 1) < 2.0**-159
+    assert (a.zeros((2, 4)).parts == np.zeros((3, 2, 4))).all()
+    np.testing.assert_array_equal(a.floats(a.array([0.1, 2])), [0.1, 2.0])
+    assert (a.bits, a.parts, a.in_pairs, a.epsilon) == (148, 3, False, 2.0**-147)
+
+
+def test_sums_become_numbers_of_other_precisions() -> None:
+    """Of more bits without loss, and of fewer by what these cannot hold."""
+    triples = in_triples(148).array([Fraction(1, 3), Fraction(-7, 5)])
+    for parts in (2, 3):
+        given = SumArray(triples.parts[:parts])
+        found = precision(200).array(given)
+        assert [Fraction(*x.as_integer_ratio()) for x in found] == list(given.exactly())
+    np.testing.assert_array_equal(precision(96).array(triples).parts, triples.parts[:2])
+    np.testing.assert_array_equal(precision(53).array(triples), triples.parts[0])

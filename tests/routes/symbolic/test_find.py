@@ -157,18 +157,18 @@ THIN = Body(A=(2, "1.45", "1.48"), r=("0.9", "0.44", 0), mu="0.00056")
 @pytest.mark.parametrize(
     ("body", "address", "given", "phase", "anew"),
     [
-        (LITTLE, "b 0^77 (1^78)*2", {**ROUND, "digits": 20}, "4.30271931474466041837", False),
+        (LITTLE, "b 0^77 (1^78)*2", {**ROUND, "digits": 20}, "4.30271931474466041837", {1, 2}),
         (
             THIN,
             "b 0^105 1^105 1^106 0^105",
             {**ROUND, "digits": 20},
             "3.54950057447218089608",
-            True,
+            {2, 3},
         ),
     ],
 )
 def test_orbits_of_thin_layers_are_found(
-    body: Body, address: str, given: Any, phase: str, anew: bool, monkeypatch: pytest.MonkeyPatch
+    body: Body, address: str, given: Any, phase: str, anew: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At whose last crossing gamma3 = 0, by Taylor series of Euler-Poisson in 113 and 230 bits."""
     monkeypatch.setattr(legs, "states_at", asked := Mock(wraps=states_at))
@@ -177,7 +177,7 @@ def test_orbits_of_thin_layers_are_found(
     assert found.confirmed == found.passages == len(found.word)
     beside = [call.args[1].shape[1] for call in asked.call_args_list]
     told = beside.count(6 * len(found.word) + 2)
-    assert (told > 1) == anew, "two or three times, as roundings have it"
+    assert told in anew, "as roundings have it"
 
 
 @pytest.mark.slow

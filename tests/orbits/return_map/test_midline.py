@@ -1,0 +1,306 @@
+"""Midlines against the surfaces as integration finds them, and maps that count d from them."""
+
+import math
+from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.exact import context, exact
+from rigidpend.orbits.integrate.states import first_crossings
+from rigidpend.orbits.return_map import MapError, ReturnMap, build, looks, return_map, storage
+from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
+from rigidpend.orbits.return_map.charts import ArcOrigin, section_chart
+from rigidpend.orbits.return_map.conjugacy import TorusForm
+from rigidpend.orbits.return_map.expansions import Interval, fourier_basis, phases
+from rigidpend.orbits.return_map.looks import Layer, Rough, midlines
+from rigidpend.orbits.return_map.midline import Midline, midline
+from rigidpend.orbits.return_map.normal_form import normal_form
+from rigidpend.orbits.return_map.orders import building_seconds
+from rigidpend.orbits.return_map.passage import SectionPoint
+from rigidpend.orbits.return_map.poincare import section_point, section_state
+from rigidpend.orbits.return_map.precision import in_triples, precision
+from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.surfaces import surface_orbits
+from tests.bodies import FIG4
+
+DOUBLES, FINE, M = precision(53), precision(200), context(200)
+DEEP = Body(("1.534", "1.296", "1.440"), ("0.983", "0.184", 0), "0.000179")
+"""A body drawn by lot with nu = 19: the layer is 2^12 times narrower than the displacement."""
+NARROWER, H = 12, "1.0882"
+ENDS = exact("1.088"), exact("1.0884")
+VALUES = np.array([[3.0, -2e-3, 5e-6, 0.0], [1e-3, 4e-6, 0.0, 1.1e-9], [0.9e-9, 0.0, 0.0, 0.0]])
+SIDES = pytest.mark.parametrize("rising", [False, True], ids=["downward", "upward"])
+
+
+def rough(body: Body, h: str) -> Rough:
+    return Rough(coefficients(body.angles(), "1", DOUBLES), float(h))
+
+
+def line(values: Any, x: Any, chi: Any) -> Any:
+    """A midline at a share x of the interval of energies, by cosines in 200 bits."""
+    return M.fsum(
+        v * M.cos(e * M.acos(x)) * M.cos(k * chi) for (e, k), v in np.ndenumerate(values) if v
+    )
+
+
+def test_a_midline_is_the_even_part_of_a_surface_without_its_smallest_terms() -> None:
+    """Terms of 1e-9 and more; orders and harmonics behind the last of them are left out."""
+    x, chi = np.cos(np.pi * (np.arange(6) + 0.5) / 6), 2 * np.pi * np.arange(13) / 13
+    energies = np.cos(np.arange(3) * np.arccos(x[:, None]))
+    odd = 0.3 * np.sin(chi) + 0.01 * x[:, None] * np.sin(2 * chi)
+    surface = energies @ VALUES @ np.cos(np.arange(4)[:, None] * chi)
+    found = midline(surface + odd, 1e-9)
+    expected = VALUES[:2]
+    assert found.values.shape == expected.shape
+    np.testing.assert_allclose(found.values, expected, rtol=0, atol=5e-15)
+    assert (found.values[expected == 0] == 0).all()
+    np.testing.assert_allclose(midline(surface + odd, 0.8e-9).values, VALUES, rtol=0, atol=5e-15)
+    np.testing.assert_array_equal(midline(odd, 1e-9).values, [[0.0]])
+
+
+def test_a_midline_in_another_unit_and_in_the_middle_of_the_energies() -> None:
+    own = Midline(VALUES)
+    np.testing.assert_array_equal(own.in_unit(0.25).values, VALUES / 4)
+    # There the first of three polynomials is 1, the second 0 and the third -1.
+    np.testing.assert_array_equal(own.middle().values, VALUES[:1] - VALUES[2:])
+
+
+@pytest.mark.parametrize("a", [precision(160), in_triples(148), precision(96), DOUBLES])
+def test_midlines_are_cosines_times_polynomials_in_every_arithmetic(a: Any) -> None:
+    """Two points at one energy and three at another."""
+    sizes, x, chi = [2, 3], [0.625, -1.0], [0.5, 3.0, 1.25, -2.0, 6.0]
+    energies = Interval(a.number(1.25), a.number(0.03125), 9)
+    h = a.array([1.25 + 0.03125 * share for share in x])
+    found = Midline(VALUES).at(a.cos(a.array(chi)), h, sizes, energies, a)
+    for one, share, phase in zip(found, np.repeat(x, sizes), chi, strict=True):
+        true = M.mpf(0) + (exact_of(one) if a is not DOUBLES else float(one))
+        assert abs(true - line(VALUES, share, M.mpf(phase))) < 40 * a.epsilon
+
+
+def exact_of(x: Any) -> Any:
+    return M.mpf(x) if not hasattr(x, "exactly") else sum(map(M.mpf, x.parts.tolist()))
+
+
+def surface(body: Body, h: str, rising: bool) -> tuple[Any, Any]:
+    """Points d and chi of a surface on the section, from the lower periodic orbit in doubles.
+
+    The surface beside separatrix 1 is the mirror image of that beside 2 of another body.
+    """
+    s = surface_orbits.surface(body, exact(h), 53, 2 if rising else 1)
+    theta2 = surface_orbits.guarded(53).array(np.linspace(0, 2 * math.pi, 32, endpoint=False))
+    begin = surface_orbits.launches(s, theta2, 73 * math.log(2), surface_orbits.guarded(53))
+    c = AlignedCoefficients(*map(float, surface_orbits.coefficients(s)))
+    settings: Any = {"engine": "taylor", "bits": 53, "tolerance": 1e-16, "jobs": 1}
+    found = first_crossings(c, begin.astype(float), 200.0, **settings)
+    assert found is not None
+    _, state = found
+    if not rising:
+        Qp, Qm, M3, *gamma = state
+        state = np.stack((-Qm, -Qp, -M3, gamma[0], -gamma[1], gamma[2]))
+    d, chi, _ = section_point(rising, state, rough(body, h).c, DOUBLES)
+    return d, chi
+
+
+@SIDES
+@pytest.mark.parametrize(("body", "h"), [(FIG4, "1.3342"), (DEEP, H)], ids=["Fig. 4", "deep"])
+def test_agrees_a_midline_with_the_even_part_of_the_surface(
+    body: Body, h: str, rising: bool
+) -> None:
+    """Up to what is left out, and to roundings of the displacement."""
+    looked = rough(body, h)
+    size = looked.displacement
+    least = 1e-12 * size
+    own = midlines(looked, 0.0, least)[rising].values[0]
+    d, chi = surface(body, h, rising)
+    series = np.linalg.lstsq(fourier_basis(chi, 25, DOUBLES), d, rcond=None)[0]
+    even = series[[0, *range(1, 25, 2)]]
+    assert np.abs(even[: len(own)] - own).max() < 5e-14 * size
+    assert np.abs(even[len(own) :]).max() < least < np.abs(even[: len(own)]).min()
+    # Between energies too, not at a node of six.
+    wide = midlines(rough(body, h), 0.001, least)[rising]
+    d, chi = surface(body, str(float(h) + 0.0004), rising)
+    energies, at = Interval(float(h), 0.001, 1), np.array([float(h) + 0.0004])
+    middle = wide.at(np.cos(chi), at, [len(chi)], energies, DOUBLES)
+    odd = np.linalg.lstsq(fourier_basis(chi, 25, DOUBLES), d - middle, rcond=None)[0]
+    assert np.abs(odd[[0, *range(1, 25, 2)]]).max() < 2 * least
+    assert np.abs(odd).max() > 1e-8 * size
+
+
+@SIDES
+def test_surfaces_lie_at_equal_distances_from_their_midline(rising: bool) -> None:
+    """U of one, or V of the other, is odd in chi but for terms of second order in the weight."""
+    looked, n = rough(FIG4, "1.3342"), 24
+    lines = midlines(looked, 0.0, 1e-12 * looked.displacement)
+    nf = normal_form(looked.c, Interval(looked.h, 0.0, 1), 7, 15, 0.0, DOUBLES, theta3=False)
+    form, chi = TorusForm(nf, np.full(1, looked.h), DOUBLES), phases(n, DOUBLES)
+    origin = ArcOrigin(looked.c, DOUBLES, lines)
+    found = section_chart(rising, 0 * chi, chi, form, origin, looked.arc_length(1e-4))
+    value = found[0 if rising else 1]
+    even = value + value[-np.arange(n)]
+    assert np.abs(even).max() < 10 * 0.001 / 1.3342 * np.abs(value).max()
+    # Without it most of the displacement remains.
+    plain = section_chart(rising, 0 * chi, chi, form, ArcOrigin(looked.c, DOUBLES), 5.0)
+    assert np.abs(plain[0 if rising else 1]).max() > 2 * np.abs(value).max()
+
+
+@pytest.mark.parametrize(
+    ("least", "steps", "found"),
+    [(1e-8, 5, True), (1e-8, 4, False), (1e-12, 6, True), (1e-12, 5, False), (1e-15, 7, True)],
+)
+def test_surfaces_are_found_by_as_many_secants_as_that_takes_or_there_is_no_midline(
+    least: float, steps: int, found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each about adds the digits of the two before it, until both values are the same."""
+    looked = rough(DEEP, H)
+    monkeypatch.setattr(looks, "MIDLINE_STEPS", steps)
+    if found:
+        midlines(looked, 0.0, least * looked.displacement)
+    else:
+        with pytest.raises(MapError, match="displacement is not found in doubles"):
+            midlines(looked, 0.0, least * looked.displacement)
+
+
+@pytest.fixture(scope="module")
+def narrow() -> ReturnMap:
+    return return_map(DEEP, h=ENDS, bits=64, design=FIRST._replace(narrower=NARROWER))
+
+
+@SIDES
+def test_a_layer_beside_midlines_holds_both_surfaces(narrow: ReturnMap, rising: bool) -> None:
+    """It is narrower by the bits it was asked for, and the terms left out are a share of it."""
+    width = float(narrow.charts[rising].forward.width)
+    d, chi = surface(DEEP, "1.0883", rising)
+    energies, h = Interval(1.0882, 0.0002, 1), np.array([1.0883])
+    off = np.abs(d - narrow.midlines[rising].at(np.cos(chi), h, [len(d)], energies, DOUBLES))
+    assert off.max() < looks.TRIM * width
+    assert looks.MARGIN * 9 / 8 < width / np.abs(d).max() * 2**NARROWER < 2
+
+
+def counted(values: Any, d: Any, chi: Any) -> Any:
+    """What d from a midline is from zero, at the energy 1.0883 halfway to the interval's end."""
+    return FINE.array(d) + np.array([line(values, M.mpf(0.5), x) for x in FINE.array(chi)])
+
+
+@SIDES
+@pytest.mark.parametrize("design", [FIRST, SECOND], ids=["1", "1.37"])
+def test_agrees_a_narrow_map_with_one_that_does_without_midlines(
+    design: Design, rising: bool
+) -> None:
+    """Passages of both are the same but for their stated errors, in any unit of M."""
+    whole = return_map(DEEP, h=ENDS, bits=84, design=FIRST)
+    narrow = return_map(DEEP, h=ENDS, bits=64, design=design._replace(narrower=NARROWER))
+    unit, n, random = FINE.number(exact(design.unit)), 24, np.random.default_rng(8 + rising)
+    width, chi = float(narrow.charts[rising].forward.width), random.uniform(0, 6.28, n)
+    d = random.uniform(-0.9, 0.9, n) * width
+    own = narrow.at("1.0883").passage(SectionPoint(rising, *map(precision(64).array, (d, chi))))
+    at = counted(narrow.midlines[rising].values, d, chi) / unit
+    there = SectionPoint(rising, *map(precision(84).array, (at, chi)))
+    other = whole.at("1.0883").passage(there, slopes=True)
+    inside = own.inside & other.inside
+    assert inside.sum() > n / 2
+    assert (own.symbol == other.symbol)[inside].all()
+    # At one chi: where the other ends the midline is steep beside the layer.
+    off = [
+        (
+            counted(narrow.midlines[not rising].values, own.point.d, other.point.chi) / unit
+            - FINE.array(other.point.d)
+        )
+        / width,
+        FINE.array(own.turned) - FINE.array(other.turned),
+        FINE.array(own.time) * unit - FINE.array(other.time),
+    ]
+    grown = 1 + np.abs(precision(84).floats(other.slopes)).max(axis=(0, 1)) * width
+    allowed = narrow.errors.largest + whole.errors.largest * 2**NARROWER
+    assert allowed < 1e-22
+    for each in off:
+        assert (np.abs(FINE.floats(each)) < allowed * grown)[inside].all()
+
+
+@SIDES
+@pytest.mark.parametrize(("design", "bits"), [(FIRST, 80), (SECOND, 64), (FIRST, 53)])
+def test_states_are_placed_beside_the_midline_with_all_digits_of_a_map(
+    design: Design, bits: int, rising: bool
+) -> None:
+    """States are made in 200 bits; doubles would lose twelve bits or more beside the midline."""
+    made = return_map(DEEP, h=ENDS, bits=bits, design=design._replace(narrower=NARROWER))
+    unit, width = FINE.number(exact(design.unit)), made.charts[rising].forward.width
+    chi, share = np.array([0.4, 2.9, 5.5, -1.0]), np.array([0.3, -0.9, 1e-4, 0.7])
+    d = counted(made.midlines[rising].values, FINE.array(share) * FINE.array(width), chi)
+    c = coefficients(DEEP.angles(232), design.unit, FINE)
+    h = FINE.number(exact("1.0883")) * unit * unit
+    states = section_state(rising, d, FINE.array(chi), h, c, FINE)
+    # The images beside separatrices 4 and 1 have M1, M2 and gamma3 of the other sign.
+    states[:, 1] = states[:, 1] * np.array([-1, -1, 1, 1, 1, -1])
+    x, phase, side = made.placed(rising, states, np.full(4, 0.5))
+    assert np.abs(FINE.floats(FINE.array(x) - share)).max() < 2.0 ** (2 - bits)
+    turned = (FINE.array(phase) - chi) / (2 * FINE.pi)
+    turned = FINE.floats(turned - np.round(FINE.floats(turned)))
+    assert np.abs(turned).max() < 2.0 ** (2 - bits)
+    np.testing.assert_array_equal(side, [1, -1, 1, 1])
+
+
+def test_a_narrow_map_is_kept_with_its_midlines_apart_from_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    storage.kept_map.cache_clear()
+    design = FIRST._replace(narrower=NARROWER)
+    made = return_map(DEEP, h=ENDS, design=design)
+    storage.kept_map.cache_clear()
+    monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("built again"))
+    again = return_map(DEEP, h=ENDS, design=design)
+    assert again is not made
+    assert (again.design, again.errors) == (design, made.errors)
+    for one, other in zip(again.midlines, made.midlines, strict=True):
+        np.testing.assert_array_equal(one.values, other.values)
+        assert other.values.any()
+    one, other = (x.program(53, 1e-6, 1e-5).values for x in (made, again))
+    np.testing.assert_array_equal(one, other)
+    others = [design, design._replace(narrower=NARROWER - 1), FIRST]
+    assert [storage.is_kept(DEEP, *ENDS, 53, x) for x in others] == [True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("bits", "narrower", "width", "arcs"),
+    [
+        (64, 1, 26.0, (96, 2)),
+        (64, 1, 26.1, (124, 3)),
+        (64, 1, 54.0, (124, 3)),
+        (64, 1, 54.1, (148, 3)),
+        (90, 1, 0.1, (124, 3)),
+        (90, 1, -1.0, (96, 2)),
+        (64, 0, 60.0, (70, 2)),
+    ],
+)
+def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_than_one(
+    bits: int, narrower: int, width: float, arcs: tuple[int, int], monkeypatch: Any
+) -> None:
+    design, asked = FIRST._replace(narrower=narrower), list[Any]()
+    given: Any = Mock(n_energy=1)
+
+    def stopped(*made: Any) -> Any:
+        asked.append(made[1])
+        raise InterruptedError
+
+    monkeypatch.setattr(build, "building_seconds", lambda *_, in_triples, **__: float(in_triples))
+    monkeypatch.setattr(build, "ArcOrigin", stopped)
+    layer = Layer(1.0, (2.0**-width, 2.0 ** (1 - width)))
+    with pytest.raises(InterruptedError):
+        build.build(DEEP, *ENDS, bits, design, by=(layer, given))
+    assert [(a.bits, a.parts) for a in asked] == [arcs]
+
+
+def test_a_narrow_map_is_expected_to_cost_what_arcs_in_triples_do() -> None:
+    """Tables of 70 bits, of a layer of 2^-26.04; those of 59 bits begin arcs in pairs."""
+    design = FIRST._replace(narrower=NARROWER)
+    for bits, tables, triples in ((64, 70, True), (53, 59, False)):
+        _, planned = build.plan(DEEP, *ENDS, bits, design)
+        given = rough(DEEP, H), planned, tables
+        costs = [building_seconds(*given, theta3=False, in_triples=x) for x in (False, True)]
+        assert costs[0] < costs[1]
+        assert build.expected_cost(DEEP, *ENDS, bits, design) == costs[triples]
