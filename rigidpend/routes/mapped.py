@@ -28,7 +28,14 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs
-from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES, Third, kept_bits
+from rigidpend.routes.certainty import (
+    COARSE_BITS,
+    FIRST_SCALES,
+    SECOND_SCALES,
+    THIRD_SCALES,
+    Third,
+    kept_bits,
+)
 from rigidpend.routes.map_start import MapStarts, beginning, check_start
 from rigidpend.routes.problem import RouteProblem, narrower
 from rigidpend.routes.run import Run
@@ -205,16 +212,19 @@ class Maps:
     @property
     def beyond(self) -> tuple[int, ...]:
         """Precisions, ascending, of integrations that decide what the maps leave open."""
-        return self.run.beyond(self.most_bits, self.counted)
+        # Of three computations an integration that both maps confirm has to be the sharpest.
+        least = self.counted(self.most_bits) + (COARSE_BITS if self.twice else 0)
+        ladder = self.run.beyond(self.most_bits, self.counted)
+        return tuple(bits for bits in ladder if kept_bits(bits) >= least)
 
     def counted(self, bits: int) -> int:
         """The bits for which a computation counts beside a sharper one, by integration."""
         # Tables of a thin layer hold so many more digits of d than an integration does.
-        more = narrower(self.problem) if bits in self.design_by_bits else 0
+        more = narrower(self.problem) if bits in {53, *self.design_by_bits} else 0
         if self.twice:
             # Both maps are compared with the first integration, by limits for their own bits.
             return (kept_bits(bits) if costs.very_deep(self.problem) else bits) + more
-        return bits + SHARPER_BY + more if bits in self.design_by_bits else bits
+        return bits + more + (SHARPER_BY if bits in self.design_by_bits else 0)
 
     @property
     def twice(self) -> bool:

@@ -226,24 +226,28 @@ def test_of_some_columns_those_are_integrated_that_maps_do_not_follow(bits: int)
     assert (seen.outcome == Outcome.COMPLETE).tolist() == [True, bits == 53]
 
 
+@pytest.mark.parametrize("regular", [False, True])
 def test_beyond_maps_a_precision_that_another_follows_is_computed_once(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, regular: bool
 ) -> None:
     """One that was asked for too, for the next settles more than a second computation.
 
     The maps' computation beside the last one is handed on, and an orbit that stays counts no more.
+    Orbits whose motion is regular are not handed over to maps.
     """
     nothing = np.zeros((3, 2), dtype=bool), np.full(2, 53, dtype=np.uint16), np.zeros(2, dtype=bool)
     known = certainty.Decided(whole(53, Scales(), range(2)), *nothing)
     monkeypatch.setattr(certainty, "decide", lambda *_: known)
     monkeypatch.setattr(certainty, "climb", climb := Mock())
-    monkeypatch.setattr(handover, "handed_over", Mock())
+    monkeypatch.setattr(handover, "handed_over", handed := Mock())
     monkeypatch.setattr(costs, "warned", warned := Mock())
+    monkeypatch.setattr(costs, "NONE_OPEN", 2.0 * regular)
     known.crossings.outcome[1], precisions = Outcome.STAYS, (53, 106, 400)
     run = Run(PROBLEM, Phases([1, 2]), resolve(None, None, precisions))
     maps = Mock(run=run, most_bits=53, ladder=precisions, beyond=run.beyond(53))
     choice.by_maps(maps, sampled=False)
-    *_, beyond, most = climb.call_args.args
+    climbing, *_, beyond, most = climb.call_args.args
+    assert climbing == (run.crossings if regular else handed.return_value)
     assert {106, 400} < set(beyond)
     assert [most(bits) for bits in beyond] == [*[1] * (len(beyond) - 1), 3]
     assert climb.call_args.kwargs == {"beside": maps.beside, "counted": maps.counted}

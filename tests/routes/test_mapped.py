@@ -263,21 +263,29 @@ def test_where_passages_are_very_deep_pairs_count_as_less_and_109_bits_follow(
     assert maps.twice
     assert [maps.counted(bits) for bits in (82, 90, 106)] == [82, 90, keeps]
     assert maps.beyond == (106, *([109] if keeps == 97 else []), 120, 131, 160)
+    # Narrower tables hold more digits of d; pairs stay while they keep seven bits more than those.
+    monkeypatch.setattr(mapped, "narrower", lambda _: 1)
+    assert [maps.counted(bits) for bits in (53, 82, 90, 106)] == [54, 83, 91, keeps]
+    assert maps.beyond == (*([109] if keeps == 97 else []), 120, 131, 160)
+    monkeypatch.setattr(mapped, "narrower", lambda _: 0)
     # The first map alone, as where bits near 90 are asked for.
     maps.design_by_bits.pop(90)
     assert [maps.counted(bits) for bits in (82, 106)] == [90, 106]
+    monkeypatch.setattr(mapped, "narrower", lambda _: 1)
+    assert [maps.counted(bits) for bits in (53, 82, 106)] == [54, 91, 106]
 
 
 @pytest.mark.parametrize(
     ("rotations", "more", "counted", "beyond"),
     [
         (9.4, 0, [53, 72, 83, 106], (106, 120, 131, 160)),
-        (9.4, 14, [53, 86, 97, 106], (106, 120, 131, 160)),
+        (9.4, 14, [67, 86, 97, 106], (106, 120, 131, 160)),
         # Pairs of doubles keep 97 bits: then they would be less sharp than what is known.
-        (9.4, 15, [53, 87, 98, 106], (109, 120, 131, 160)),
-        (9.6, 5, [53, 87, 95, 106], (106, 120, 131, 160)),
-        (20.0, 7, [53, 89, 97, 97], (106, 109, 120, 131, 160)),
-        (20.0, 8, [53, 90, 98, 97], (109, 120, 131, 160)),
+        (9.4, 15, [68, 87, 98, 106], (109, 120, 131, 160)),
+        # Where both maps confirm pairs, these have to keep seven bits more than the maps count for.
+        (9.6, 5, [58, 87, 95, 106], (120, 131, 160)),
+        (20.0, 7, [60, 89, 97, 97], (109, 120, 131, 160)),
+        (20.0, 8, [61, 90, 98, 97], (109, 120, 131, 160)),
     ],
 )
 def test_a_map_of_a_narrower_layer_counts_for_as_many_bits_more(
