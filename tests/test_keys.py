@@ -51,7 +51,7 @@ def refuse(*arguments: Any) -> Any:
 
 def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
     """And of each field of its design."""
-    task = ("low", "high", "bits", "table")
+    task, other = ("low", "high", "bits", "table"), SECOND._replace(narrower=8)
 
     def key(A: Any, r: Any, mu: Any, code: str, **given: Any) -> bytes:
         monkeypatch.setattr(storage, "package_digest", lambda: code)
@@ -68,7 +68,7 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
         high=(H, exact("1.3343")),
         bits=(53, 64),
         table=(64, 53),
-        **dict(zip(WITH_THETA3._fields, zip(WITH_THETA3, SECOND, strict=True), strict=True)),
+        **dict(zip(WITH_THETA3._fields, zip(WITH_THETA3, other, strict=True), strict=True)),
     )
 
 
