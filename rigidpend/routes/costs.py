@@ -257,8 +257,10 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     if share_open(problem, 53, displaced=False) < NONE_OPEN:
         return ((53, 53),)
     least = (SHARPEST, SHARPER) if passage_rotations(problem) >= DEEP else (SHARPER,)
-    further = {bits: (*(bits + more for more in FINER[bits]), 53) for bits in least}
-    return *((bits, second) for bits in least for second in further[bits]), (53, 53)
+    # Two maps beyond doubles settle more than a single, sharper one: of a body with 13 rotations a
+    # passage those of 64 and 75 bits left 0.7 % of the orbits open, that of 82 bits 26 %.
+    pairs = [(bits, bits + more) for bits in least for more in FINER[bits]]
+    return *pairs, *((bits, 53) for bits in least), (53, 53)
 
 
 def built_bits(map_bits: tuple[int, int]) -> tuple[int, int, int]:
