@@ -150,6 +150,13 @@ def test_passages_that_take_long_ask_for_sharper_tables_and_what_does_not_settle
     assert [maps.twice, maps.last] == [twice, int(pair in {(64, 75), (64, 72), (53, 53)})]
 
 
+def test_three_maps_are_made_where_these_decide_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In doubles, of however few orbits: no sharper map follows, and integration takes long."""
+    for wanted, maps in ((((64, 75), (53, 53)), 2), (((53, 53),), 3)):
+        monkeypatch.setattr(costs, "wanted", lambda _, wanted=wanted: wanted)
+        assert mapped.designs_of(problem(), 10) == [FIRST, SECOND, THIRD][:maps]
+
+
 def test_each_of_two_maps_as_sharp_makes_one_computation_in_the_most_bits(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -245,7 +245,7 @@ class ReturnMap:
         States are (6, N), dimensionless, M in the map's unit; `energy`, (N,), goes from -1 to 1
         over the map's interval. The side is as in `poincare.section_point`.
         """
-        # Twice the bits: d less the midline is so much smaller than d, and d than one.
+        # Twice as many bits more as d loses with its midline.
         narrower, own = self.design.narrower, precision(self.bits)
         a = _sums(self.bits + 2 * narrower) if narrower else own
         d, chi, side = section_point(rising, a.array(states), self._coefficients(a), a)

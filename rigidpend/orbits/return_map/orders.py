@@ -96,7 +96,8 @@ def building_seconds(
     Arcs are in pairs too, or in sums of three.
 
     For 28 maps of Fig. 4's body and six drawn by lot, whose tables took 0.06 to 2.1 s, it is 0.7 to
-    1.3 times the time taken. With arcs in sums of three it is IN_TRIPLES.
+    1.3 times the time taken. On a machine half as fast it was 0.3 to 0.6 of it, and 0.3 to 0.9 for
+    eight maps of 1.9 to 4.9 s whose arcs are in sums of three.
     """
     # Arcs with the normal form solved at their ends, points of inverse charts, and products of
     # series, in microseconds as measured; charts are made for two sections. A normal form takes

@@ -227,6 +227,21 @@ def test_orders_are_raised_until_tables_settle_and_those_that_do_not_are_refused
         settled(largest, 1)
 
 
+@pytest.mark.parametrize(("bits", "attempts"), [(53, 3), (90, 2)])
+def test_no_further_terms_are_tried_where_they_give_nothing_in_the_most_bits(
+    monkeypatch: pytest.MonkeyPatch, bits: int, attempts: int
+) -> None:
+    """Tables of fewer bits than pairs have are made again in all of these first."""
+    monkeypatch.setattr(build, "held_out", held := Mock(return_value=(1e-3, 1e-3)))
+    with pytest.raises(MapError, match=f"in the last of {attempts} attempts they err by 0.001"):
+        build.build(FIG4, exact(H), exact(H), bits)
+    # Downward and upward, where each attempt halves the error they go on to the fourth.
+    assert held.call_count == 2 * attempts
+    held.side_effect = [(0.49**k, 0) for k in range(4) for _ in range(2)]
+    with pytest.raises(MapError, match="in the last of 4 attempts"):
+        build.build(FIG4, exact(H), exact(H), bits)
+
+
 @pytest.mark.slow
 def test_what_was_found_is_kept_and_not_sought_again(
     cache: Path, monkeypatch: pytest.MonkeyPatch

@@ -131,6 +131,15 @@ def test_agrees_a_midline_with_the_even_part_of_the_surface(
     assert np.abs(odd).max() > 1e-8 * size
 
 
+@pytest.mark.parametrize(("body", "h"), [(FIG4, "1.3342"), (DEEP, H)], ids=["Fig. 4", "deep"])
+def test_the_displacement_is_estimated_to_a_quarter(body: Body, h: str) -> None:
+    """On the section where it is larger; without the turning force's factor it is 4 or 19 times."""
+    looked = rough(body, h)
+    lines = midlines(looked, 0.0, 1e-12 * looked.displacement)
+    found = max(np.abs(line.values[0]).sum() for line in lines)
+    assert looked.displacement == pytest.approx(found, rel=0.25)
+
+
 @SIDES
 def test_surfaces_lie_at_equal_distances_from_their_midline(rising: bool) -> None:
     """U of one, or V of the other, is odd in chi but for terms of second order in the weight."""
