@@ -17,7 +17,7 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.problem import ProblemError, RouteProblem
-from rigidpend.routes.run import Run
+from rigidpend.routes.run import Run, abreast
 from rigidpend.routes.start import Scales
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         # Few orbits that take kept maps have the second, smaller sample alone. So has a part of
         # a plane whose first sample would be so small that the second one contains it.
         for here, ladder in samples[maps.only_kept or size <= LEAST_SAMPLE :]:
-            wrong = contradicted(known, run.crossings, rate, ladder, here)
+            wrong = contradicted(known, abreast(run), rate, ladder, here)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
     # Orbits that were integrated because maps left them open have more bits than the maps.
