@@ -22,7 +22,7 @@ from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.precision import MOST_IN_TRIPLES, in_triples, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import Looked
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import RouteProblem, narrower
 
 BITS = 64
 FINER = 96
@@ -76,8 +76,9 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
 
 
 def of(problem: RouteProblem) -> tuple[Any, Any]:
-    """:func:`ratios` of the map over the energies of all phases of a problem's orbits."""
-    return ratios(return_map(problem.body, h=problem.energies, bits=BITS, design=FIRST))
+    """:func:`ratios` of the map that a problem's orbits take in 64 bits."""
+    design = FIRST._replace(narrower=narrower(problem))
+    return ratios(return_map(problem.body, h=problem.energies, bits=BITS, design=design))
 
 
 def rows(problems: list[RouteProblem]) -> Iterator[str]:
