@@ -72,8 +72,9 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
     method : {"auto", "map", "integration"}, optional
     use_kept : bool, optional
         Whether a problem that is asked for often may use what earlier calls left: few orbits the
-        maps that are kept, many orbits the sample of an earlier call. Stored results are computed
-        without this, so that they depend on no cache.
+        maps that are kept, many orbits the sample of an earlier call. Maps are then made as soon
+        as they pay for the orbits of all calls. Stored results are computed without this, so that
+        they depend on no cache.
 
     Raises
     ------
@@ -89,17 +90,16 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
     if method == "map" and ladder[0] != 53:
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
         raise ProblemError("precisions", message)
+    auto = method == "auto" and ladder[0] == 53
+    asked, often, sampled = _counted(run) if use_kept and auto else (run.orbits, False, True)
     # Of few orbits integration is so cheap that only maps that exist already may be faster.
-    few = method == "auto" and not costs.at_stake(run.problem, run.orbits, ladder)
-    likely, sampled = not few, True
-    if use_kept and method == "auto" and ladder[0] == 53:
-        likely, sampled = _counted(run, few)
-    if run.orbits and (method == "map" or (method == "auto" and likely)):
+    few = auto and not costs.at_stake(run.problem, asked, ladder)
+    if run.orbits and (method == "map" or (auto and (often or not few))):
         from rigidpend.orbits.return_map import MapError
         from rigidpend.routes.mapped import Maps
 
         try:
-            maps = Maps(run, least_time=method == "auto" and not few, only_kept=few)
+            maps = Maps(run, orbits=asked, least_time=auto and not few, only_kept=few)
             return by_maps(maps, sampled=sampled)
         except certainty.Contradiction:
             # The count is forgotten, so that the next call takes a sample again. Without one it
@@ -126,17 +126,21 @@ class _Asked(NamedTuple):
 _asked: dict[RouteProblem, _Asked] = {}
 
 
-def _counted(run: Run, few: bool) -> tuple[bool, bool]:
-    """Count a run's orbits: True if these may take maps, and True if a sample of them is due."""
+def _counted(run: Run) -> tuple[int, bool, bool]:
+    """Count a run's orbits: the number of its problem's orbits in all calls.
+
+    Then come True if these are so many that kept maps serve few orbits too, and True if a sample
+    of them is due.
+    """
     if len(_asked) >= PROBLEMS:
         _asked.clear()
-    before = _asked.get(run.problem, _Asked())
-    each = costs.integration(run.problem, run.arithmetic.precisions)
-    now, often = before.all_ + run.orbits, OFTEN / each
-    likely = not few or now >= often
-    due = likely and now - before.sampled >= (often if few else SELDOM)
-    _asked[run.problem] = _Asked(now, now if due else before.sampled)
-    return likely, due
+    problem, precisions = run.problem, run.arithmetic.precisions
+    before = _asked.get(problem, _Asked())
+    now, wait = before.all_ + run.orbits, OFTEN / costs.integration(problem, precisions)
+    often, few = now >= wait, not costs.at_stake(problem, now, precisions)
+    due = (often or not few) and now - before.sampled >= (wait if few else SELDOM)
+    _asked[problem] = _Asked(now, now if due else before.sampled)
+    return now, often, due
 
 
 def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:

@@ -124,6 +124,8 @@ class Maps:
     ----------
     run : Run
         The orbits, and the number of threads that make the maps.
+    orbits : int, optional
+        Number of orbits for which the maps have to pay; by default that of the run.
     least_time : bool, optional
         Whether maps are wanted only where they are expected to take less time than integration.
     only_kept : bool, optional
@@ -136,13 +138,20 @@ class Maps:
         begin in the normal form.
     """
 
-    def __init__(self, run: Run, *, least_time: bool = False, only_kept: bool = False) -> None:
+    def __init__(
+        self,
+        run: Run,
+        *,
+        orbits: int | None = None,
+        least_time: bool = False,
+        only_kept: bool = False,
+    ) -> None:
         check_start(run.problem)
         self.run, self.problem, self.only_kept = run, run.problem, only_kept
         self._lock, self._ready = threading.Lock(), dict[Task, Program]()
         self._budgets, self._starts = dict[Task, float](), MapStarts(run)
         self.designs = designs_of(run.problem, run.orbits, run.arithmetic.precisions)
-        pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
+        pays = costs.budget(run.problem, orbits or run.orbits, run.arithmetic.precisions)
         budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
         self._settle(budget, pays if least_time else math.inf)
         for scales in (FIRST_SCALES, SECOND_SCALES):

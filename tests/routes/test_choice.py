@@ -111,6 +111,29 @@ def test_kept_maps_wait_the_longer_the_less_the_precisions_cost(
     assert not found(PHASES[:1], **own, precisions=(64,)).by_map.any()
 
 
+@pytest.mark.parametrize(("J1_0", "share", "without"), [("1.7e-8", 2.001, 2), ("1.8e-8", 1.999, 1)])
+def test_maps_are_made_once_they_pay_for_the_orbits_of_all_calls(
+    samples: list[Any], monkeypatch: pytest.MonkeyPatch, J1_0: str, share: float, without: int
+) -> None:
+    """The first of the calls that take them is sampled, in doubles and in more bits."""
+    own: dict[str, Any] = {"n_symbols": 7, "J1_0": J1_0}
+    asked, n, paying = problem(**own), len(PHASES), list[int]()
+
+    def budget(_: Any, orbits: int, *further: Any) -> float:
+        paying.append(orbits)
+        return math.inf
+
+    monkeypatch.setattr(costs, "budget", budget)
+    monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
+    monkeypatch.setattr(costs, "LEAST_SECONDS", share * n * costs.integration(asked))
+    calls = [found(**own).by_map.any() for _ in range(4)]
+    assert calls == [k >= without for k in range(4)]
+    assert len(samples) == 2
+    assert paying == [n * (k + 1) for k in range(without, 4)]
+    # What is stored hangs on no earlier call.
+    assert not codes.codes_of(asked, PHASES, resolve()).by_map.any()
+
+
 @pytest.mark.usefixtures("eager")
 def test_many_are_sampled_first_then_seldom(
     samples: list[Any], monkeypatch: pytest.MonkeyPatch
