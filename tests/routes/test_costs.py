@@ -90,27 +90,6 @@ def test_a_displacement_of_surfaces_costs_its_own_bits(bits: int) -> None:
     assert expected > 2 * costs.share_open(SLOW, bits, displaced=False)
 
 
-@pytest.mark.parametrize(
-    ("bits", "precisions", "pays"),
-    [
-        # At least eight bits from each precision,
-        (61, (53, 106), True),
-        (60, (53, 106), False),
-        (98, (53, 106), True),
-        (99, (53, 106), False),
-        (114, (53, 106, 160), True),
-        (113, (53, 106, 160), False),
-        # and between the first and the last.
-        (45, (53, 106), False),
-        (106, (53, 106), False),
-    ],
-)
-def test_a_rung_pays_between_precisions_and_apart_from_them(
-    bits: int, precisions: tuple[int, ...], pays: bool
-) -> None:
-    assert costs.fits(bits, precisions) is pays
-
-
 def test_maps_save_nothing_of_what_the_last_precision_leaves_open() -> None:
     """Of orbits of 300 symbols none is decided to its end; without more bits maps save all."""
     long = problem(n_symbols=300)
