@@ -166,7 +166,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:
             reason = f"their symbols need more than the {maps.most_bits} bits of the maps"
-            each = costs.beyond_maps(run.problem, precisions)
+            _, each = costs.beyond_maps(run.problem, precisions)
             costs.warned(run.problem, open_.size, n, each, reason)
         # Errors of regular motions hardly grow from passage to passage, so that one that a map adds
         # where it takes over would be as large in the end as that which it is to be free of.

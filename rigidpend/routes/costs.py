@@ -133,18 +133,13 @@ def integration(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -
 
 def by_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
     """Seconds of a core that an orbit takes by kept maps, and by integration beyond their bits."""
-    open_, each = _beyond(problem, precisions)
-    first, _ = wanted(problem)[0]
+    (first, _), (open_, each) = wanted(problem)[0], beyond_maps(problem, precisions)
     return MAPPED[first] * problem.n_symbols + open_ * each
 
 
-def beyond_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
-    """Seconds of a core for an orbit whose symbols need more bits than the maps have."""
-    _, each = _beyond(problem, precisions)
-    return each
-
-
-def _beyond(problem: RouteProblem, precisions: Sequence[int]) -> tuple[float, float]:
+def beyond_maps(
+    problem: RouteProblem, precisions: Sequence[int] = PRECISIONS
+) -> tuple[float, float]:
     """Share of orbits that maps leave open, and seconds of a core that each of them takes then."""
     # Computations by both maps decide about as many as one would of the bits between.
     most = sum(wanted(problem)[0]) // 2

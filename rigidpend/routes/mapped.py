@@ -1,10 +1,8 @@
 """Crossings of the orbits of Fig. 4 by return maps instead of integration.
 
 Maps of different design take the place of integrations in other units: their tables differ in
-orders, nodes, arcs and units, so they share neither truncation nor rounding. In doubles up to
-three maps are compared; in pairs of doubles each of two maps makes one computation, and the second
-map has some bits more than the first. A map covers the energies of all phases, h0 + mu
-sin(theta2_0) but for terms of the order of mu J1_0.
+orders, nodes, arcs and units, so they share neither truncation nor rounding. A map covers the
+energies of all phases, h0 + mu sin(theta2_0) but for terms of the order of mu J1_0.
 """
 
 from __future__ import annotations
@@ -12,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import math
-import threading
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
@@ -131,29 +128,24 @@ class Maps:
     def __init__(self, run: Run, *, least_time: bool = False, only_kept: bool = False) -> None:
         check_start(run.problem)
         self.run, self.problem, self.only_kept = run, run.problem, only_kept
-        self._lock, self._ready = threading.Lock(), dict[Task, Program]()
-        self._budgets, self._starts = dict[Task, float](), MapStarts(run)
+        self._ready, self._budgets = dict[Task, Program](), dict[Task, float]()
+        self._starts = MapStarts(run)
         self.designs = designs_of(run.problem, run.orbits, run.arithmetic.precisions)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
         budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
-        self._settle(budget, pays if least_time else math.inf)
-        for scales in SCALES[:2]:
-            # The first crossing of one orbit shows whether starts lie in the range of the normal
-            # form. Orbits that leave the tables later are integrated.
-            if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
-                raise MapError(f"J1_0 = {float(run.problem.J1_0)} lies outside of the normal form")
-
-    def _settle(self, budget: float, in_doubles: float) -> None:
-        """Make the sharpest of the wanted maps that converge and are cheap enough.
-
-        Their tables may take `budget` seconds of a core, those in doubles `in_doubles`."""
         *more, least = costs.wanted(self.problem)
         for map_bits in more:
             # Maps that do not converge, or cost too much, give way to the next ones.
             with contextlib.suppress(MapError):
                 self._make(map_bits, budget)
-                return
-        self._make(least, in_doubles)
+                break
+        else:
+            self._make(least, pays if least_time else math.inf)
+        for scales in SCALES[:2]:
+            # The first crossing of one orbit shows whether starts lie in the range of the normal
+            # form. Orbits that leave the tables later are integrated.
+            if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
+                raise MapError(f"J1_0 = {float(run.problem.J1_0)} lies outside of the normal form")
 
     def _make(self, map_bits: tuple[int, int], budget: float) -> None:
         """Make maps of all designs, side by side where that pays.
@@ -301,18 +293,16 @@ class Maps:
 
     def _program(self, bits: int, design: Design) -> Program:
         """The map of a design as the kernel reads it, in doubles or pairs of them."""
-        # Several threads may ask for the same map: one makes it, and the others wait.
-        with self._lock:
-            if (bits, design) not in self._ready:
-                made = self.map_of(self.built_bits[design], design)
-                starts, coarse, (first, second) = self.run.starts, 0.0, self.map_bits
-                one, other, *_ = self.designs
-                if bits == first < second and design == one:
-                    # The first map leaves out terms until it errs 2^(difference of the bits) times
-                    # as much as the second, so that these differ by it whatever the second errs by.
-                    coarse = 2.0 ** (second - bits) * self.map_of(second, other).left_out
-                # The table of starts covers their Qp, from that of the least J1_0 to the largest.
-                ends = starts.least_problem if starts else self.problem, self.problem
-                least, most = (beginning(end, design, made.bits).Qp for end in ends)
-                self._ready[bits, design] = made.program(bits, least, most, coarse)
-            return self._ready[bits, design]
+        if (bits, design) not in self._ready:
+            made = self.map_of(self.built_bits[design], design)
+            starts, coarse, (first, second) = self.run.starts, 0.0, self.map_bits
+            one, other, *_ = self.designs
+            if bits == first < second and design == one:
+                # The first map leaves out terms until it errs 2^(difference of the bits) times as
+                # much as the second, so that these differ by it whatever the second errs by.
+                coarse = 2.0 ** (second - bits) * self.map_of(second, other).left_out
+            # The table of starts covers their Qp, from that of the least J1_0 to the largest.
+            ends = starts.least_problem if starts else self.problem, self.problem
+            least, most = (beginning(end, design, made.bits).Qp for end in ends)
+            self._ready[bits, design] = made.program(bits, least, most, coarse)
+        return self._ready[bits, design]

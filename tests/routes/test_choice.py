@@ -245,7 +245,8 @@ def test_what_maps_leave_open_climbs_beyond_them(
     choice.by_maps(maps, sampled=False)
     climbing = run.crossings if regular else handed.return_value
     assert climb.call_args.args == (climbing, known, run.rate, maps.beyond)
-    assert warned.call_args.args[:4] == (PROBLEM, 1, 2, costs.beyond_maps(PROBLEM, precisions))
+    _, each = costs.beyond_maps(PROBLEM, precisions)
+    assert warned.call_args.args[:4] == (PROBLEM, 1, 2, each)
 
 
 @pytest.mark.usefixtures("samples")

@@ -17,6 +17,7 @@ from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,
     check_split,
+    displaced,
     on_surface,
     passages,
     signs_of,
@@ -70,10 +71,14 @@ def test_changes_of_sides_tell_what_splitting_counts(code: list[int], downward: 
     ("by_upward", "body"), [(0.99, "at the Hess case or near it"), (1.01, "nearly symmetric")]
 )
 def test_a_body_that_is_symmetric_is_told_from_Hess(by_upward: float, body: str) -> None:
-    here, times = level(), 4
+    here, times, angle = level(), 4, 3.0
+    split = here.splitting / times
+    moved = displaced(here, angle, split)
     with pytest.raises(NoOrbit, match=f"the body is {body}: "):
-        check_split(here, times * by_upward * MOVED, here.splitting / times)
-    check_split(here, 0.99 * MOVED, here.splitting / times)
+        check_split(here, split, angle, moved / (times * by_upward))
+    check_split(here, split, angle, 1.01 * moved)
+    with pytest.raises(NoOrbit):
+        check_split(here, split, 1.1 * angle, 1.01 * moved)
 
 
 @pytest.mark.parametrize(
