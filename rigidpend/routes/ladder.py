@@ -41,7 +41,7 @@ doubles for `SHARPER_BY` more, unless the other map confirms it on its rung.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -122,14 +122,16 @@ def fits(bits: int, others: Sequence[int]) -> bool:
     return min(others) < bits < max(others) and all(abs(bits - x) >= CLOSEST for x in others)
 
 
-def rungs(precisions: Iterable[int], known: int = 0, in_pairs: int = PAIRS) -> list[Rung]:
-    """Rungs above computations that count for `known` bits, with three integrations each.
+def rungs(
+    precisions: Iterable[int], known: int = 0, in_pairs: int = PAIRS, most: Mapping[int, int] = {}
+) -> list[Rung]:
+    """Rungs above computations that count for `known` bits, three on each where `most` has no less.
 
     `in_pairs` are the bits that pairs of doubles count for beside sharper numbers.
     """
     found = []
     for bits in precisions:
-        found.append(Rung(bits, more=kept_bits(bits) - known))
+        found.append(Rung(bits, most.get(bits, 3), kept_bits(bits) - known))
         known = kept_bits(bits, in_pairs)
     return found
 
@@ -146,5 +148,4 @@ def integrations(
     others = known, *(kept_bits(x, in_pairs) for x in asked)
     single = [x for x in RUNGS if in_kernel(engine, x) and fits(x, others)]
     further = [x for x in sorted((*asked, *single)) if kept_bits(x) >= known + apart]
-    found = rungs(further, known, in_pairs)
-    return [x._replace(most=1) if x.bits in single else x for x in found]
+    return rungs(further, known, in_pairs, dict.fromkeys(single, 1))

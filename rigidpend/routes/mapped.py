@@ -25,18 +25,9 @@ from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Desi
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
-from rigidpend.routes import costs
+from rigidpend.routes import costs, ladder
 from rigidpend.routes.certainty import FIRST_SCALES, SCALES
-from rigidpend.routes.ladder import (
-    COARSE_BITS,
-    KEPT_IN_PAIRS,
-    MUCH_SHARPER,
-    SHARPER_BY,
-    Rung,
-    fits,
-    integrations,
-    rungs,
-)
+from rigidpend.routes.ladder import Rung
 from rigidpend.routes.map_start import MapStarts, beginning, check_start
 from rigidpend.routes.problem import RouteProblem, narrower
 from rigidpend.routes.run import Run
@@ -191,7 +182,9 @@ class Maps:
             first: every if first == asked[-1] and first < second else (one,),
             second: (other, one) if self.built_bits[one] == second else (other,),
         }
-        beyond = {x: by for x, by in made.items() if x > 53 and (x in asked or fits(x, asked))}
+        beyond = {
+            x: by for x, by in made.items() if x > 53 and (x in asked or ladder.fits(x, asked))
+        }
         return {53: every} | beyond
 
     @property
@@ -214,16 +207,11 @@ class Maps:
         few orbits.
         """
         asked, sharpest = self.run.arithmetic.precisions, self.most_bits
-
-        def most(bits: int) -> int:
-            if bits == asked[-1] or sharpest == 53:
-                return 3
-            if bits == 53 and not costs.doubles_decide(self.problem):
-                return 1
-            return len(self.by_bits[bits]) if bits in self.by_bits else 2
-
-        precisions = sorted({x for x in asked if x < sharpest} | self.by_bits.keys())
-        return [rung._replace(most=most(rung.bits)) for rung in rungs(precisions)]
+        most = dict.fromkeys(asked, 2) | {bits: len(by) for bits, by in self.by_bits.items()}
+        if not costs.doubles_decide(self.problem):
+            most[53] = 1
+        most[asked[-1] if sharpest > 53 else 53] = 3
+        return ladder.rungs(sorted(bits for bits in most if bits <= sharpest), most=most)
 
     @functools.cached_property
     def beyond(self) -> list[Rung]:
@@ -235,16 +223,16 @@ class Maps:
         twice = self.by_bits[sharpest] == tuple(self.designs[1::-1])
         if twice:
             # Of three computations an integration that both maps confirm has to be the sharpest.
-            apart = COARSE_BITS
-            in_pairs = KEPT_IN_PAIRS if costs.very_deep(self.problem) else PAIRS
+            apart = ladder.COARSE_BITS
+            in_pairs = ladder.KEPT_IN_PAIRS if costs.very_deep(self.problem) else PAIRS
         elif sharpest > 53:
-            known += SHARPER_BY
+            known += ladder.SHARPER_BY
         further = (x for x in asked if x > sharpest)
-        found = integrations(engine, further, known, in_pairs, apart)
+        found = ladder.integrations(engine, further, known, in_pairs, apart)
         # One computation on each rung but the last: one on the next settles more orbits than a
         # second one on the same.
         found[:-1] = [rung._replace(most=1) for rung in found[:-1]]
-        if twice and found and found[0].more < MUCH_SHARPER:
+        if twice and found and found[0].more < ladder.MUCH_SHARPER:
             beside = functools.partial(self.crossings, sharpest, FIRST_SCALES)
             found[0] = found[0]._replace(beside=beside)
         return found

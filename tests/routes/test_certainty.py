@@ -48,8 +48,7 @@ ASYMPTOTIC_LATER = record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.ASYMPT
 
 def ladder(most: dict[int, int], known: int = 0) -> list[Rung]:
     """Rungs of integrations by their bits, with the largest number of computations on each."""
-    both = zip(rungs(most, known), most.values(), strict=True)
-    return [rung._replace(most=n) for rung, n in both]
+    return rungs(most, known, most=most)
 
 
 @pytest.mark.parametrize(
