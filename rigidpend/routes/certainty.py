@@ -143,15 +143,9 @@ def undivided(n: int, _: int) -> tuple[int, int]:
     return max(1, n), 1
 
 
-def decide(
-    compute: Compute,
-    n: int,
-    rate: float,
-    precisions: Iterable[int],
-    division: Division = undivided,
-) -> Decided:
+def decide(compute: Compute, n: int, rate: float, precisions: Iterable[int]) -> Decided:
     """Decide `n` columns by up to three integrations in each of the precisions: :func:`climbed`."""
-    return climbed(compute, n, rate, rungs(precisions), division)
+    return climbed(compute, n, rate, rungs(precisions))
 
 
 def climbed(
@@ -238,11 +232,7 @@ def _in_pieces(
 
 
 def _further(
-    compute: Compute,
-    found: Decided,
-    rate: float,
-    rung: Rung,
-    columns: Columns,
+    compute: Compute, found: Decided, rate: float, rung: Rung, columns: Columns
 ) -> Decided:
     """Decide some columns on a rung, starting from what is known of them.
 

@@ -141,7 +141,7 @@ def _counted(run: Run, few: bool) -> tuple[bool, bool]:
 
 
 def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
-    """Decide orbits as `certainty.decide` does, with maps in the place of integrations.
+    """Decide orbits as `certainty.climbed` does, with maps in the place of integrations.
 
     Orbits that maps leave open are integrated if the precisions go beyond the maps', and compared
     with the last result of the maps. A sample is integrated too and must not contradict the maps;

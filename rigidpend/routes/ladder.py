@@ -1,42 +1,48 @@
 """Ladder: all computations of an orbit, in ascending precision, and what each is compared with.
 
-An orbit climbs until all its symbols are certain. Computations on a rung, in one precision, share
-no rounding: by `orbits.M_UNITS` integrations differ in units, and maps in design. They are made in
-this order, in the precisions that are asked for by default:
+An orbit climbs from rung to rung until all its symbols are certain. Computations on one rung, in
+one precision, share no rounding: integrations differ in their units, maps in their design. With the
+precisions that are asked for by default they are these:
 
-=== ============ ===================== =====================
-bit integration  maps of 64 and 75 bit maps of 82 and 90 bit
-=== ============ ===================== =====================
- 53 two or three two or three maps     two or three maps
- 64 one          first map
- 75              second map
- 76 one
- 82                                    first map
- 88 one
- 90                                    second map, first map
-106 up to three  one                   one
-109                                    one, where very deep
-120 one          one                   one
-131 one          one                   one
-160 up to three  up to three           up to three
-=== ============ ===================== =====================
+==== ============ ====================== ======================
+bits integration  maps of 64 and 75 bits maps of 82 and 90 bits
+==== ============ ====================== ======================
+53   two or three two or three maps      two or three maps
+64   one          first map
+75                second map
+76   one
+82                                       first map
+88   one
+90                                       second map, first map
+106  up to three  one                    one
+109                                      one, where very deep
+120  one          one                    one
+131  one          one                    one
+160  up to three  up to three            up to three
+==== ============ ====================== ======================
 
-Of maps in doubles the second one alone computes where two would decide few orbits. Integrations
-beyond maps begin an orbit, and a map goes on (`handover`). Maps do not serve that are too near to
-what is asked for (`CLOSEST`), nor do integrations that are not sharper than what is known.
+In doubles the second map computes alone where two would decide few orbits. Beyond maps an
+integration begins an orbit, and a map goes on (`handover`). Maps are left out that are too near to
+what is asked for (`CLOSEST`), and integrations that are less sharp than what is known.
 
-Where computations agree to a limit, in radians, they make symbols certain (`certainty` has the
-measurements). Two or three on one rung differ by nothing but roundings: LIMIT_OF_TWO and
-LIMIT_OF_THREE. The first on a rung is compared with the last one below it: LIMIT_OF_UNEQUAL, halved
-for each bit less than 11 by which it is sharper, its `Rung.more`. With `COARSE_BITS` of these the
-last one below is also a third beside two on the rung: LIMIT_OF_COARSE. An integration that is not
-`MUCH_SHARPER` than two maps of 90 bits must agree with both: LIMIT_OF_SHARPER.
+Symbols are certain where computations agree to a limit (`certainty` has the measurements):
 
-How much sharper is the difference of the bits that computations count for. An integration of b bits
-counts for `kept_bits`: for b, but for 97 at most in pairs of doubles; beside a sharper one for b
-there too, unless passages are very deep. A map counts for its bits beside maps. Beside integrations
-it counts for as many more as tables of a thin layer hold (`problem.narrower`), and one beyond
-doubles for `SHARPER_BY` more, unless the other map confirms it on its rung.
+================ ==========================================================================
+limit, radians   computations
+================ ==========================================================================
+LIMIT_OF_TWO     two on one rung
+LIMIT_OF_THREE   three on one rung
+LIMIT_OF_UNEQUAL the first on a rung and the last one below it; halved for each bit less
+                 than 11 by which it is the sharper, its `Rung.more`
+LIMIT_OF_COARSE  two on one rung and, if these are `COARSE_BITS` sharper, the last one below
+LIMIT_OF_SHARPER the first integration and two maps below it, unless it is `MUCH_SHARPER`
+================ ==========================================================================
+
+How much sharper is the difference of the bits that computations count for. An integration counts
+for its bits, but in pairs of doubles for 97 at most (`KEPT_IN_PAIRS`); beside a sharper one for all
+of them there too, unless passages are very deep. A map counts for its bits beside a map. Beside an
+integration it counts for as many more as tables of a thin layer hold (`problem.narrower`), and one
+beyond doubles for `SHARPER_BY` more, unless the other map computes on its rung too.
 """
 
 from __future__ import annotations
@@ -125,9 +131,10 @@ def fits(bits: int, others: Sequence[int]) -> bool:
 def rungs(
     precisions: Iterable[int], known: int = 0, in_pairs: int = PAIRS, most: Mapping[int, int] = {}
 ) -> list[Rung]:
-    """Rungs above computations that count for `known` bits, three on each where `most` has no less.
+    """Rungs above a computation that counts for `known` bits.
 
-    `in_pairs` are the bits that pairs of doubles count for beside sharper numbers.
+    `in_pairs` are the bits that pairs of doubles count for beside sharper numbers, and `most` the
+    largest number of computations where this is not three.
     """
     found = []
     for bits in precisions:

@@ -214,11 +214,13 @@ def test_a_less_sharp_computation_is_a_third_one_from_seven_bits_on(
     assert found.certain.all(axis=0).tolist() == [serves, False, False]
 
 
-def test_what_is_beside_the_last_computation_must_confirm_a_further_one_too() -> None:
-    """Each must agree with the others."""
+@pytest.mark.parametrize("most", [1, 2])
+def test_what_is_beside_the_last_computation_must_confirm_a_further_one_too(most: int) -> None:
+    """Each must agree with the others, however many may follow."""
     last = np.array([0.99, 0.99, 0.5, 1.01, 0.5, 0]) * SHARPER
     other = np.array([0.0, 0.99, -0.51, 0.5, 1.01, 2]) * SHARPER
-    late = {"second_90": last, "first_106": np.zeros(6), "first_160": np.full(6, 0.5 * SHARPER)}
+    late = {"second_90": last, "first_106": np.zeros(6)}
+    late |= {name: np.full(6, 0.5 * SHARPER) for name in ("second_106", "first_160")}
     noted = Noted(third_53=other, **late)
     found = climbed(noted, 6, 1.0, [Rung(90, most=1)])
     asked: list[int] = []
@@ -227,7 +229,7 @@ def test_what_is_beside_the_last_computation_must_confirm_a_further_one_too() ->
         asked.extend(columns)
         return noted(53, THIRD_SCALES, columns)
 
-    first, second = ladder({106: 1, 160: 1}, known=90)
+    first, second = ladder({106: most, 160: 1}, known=90)
     climb(noted, found, 1.0, [first._replace(beside=beside), second])
     assert found.bits.tolist() == [106, 106, 160, 160, 160, 160]
     # It is made for columns in which the last one is near, and beside that one alone.

@@ -341,6 +341,14 @@ def test_all_maps_of_a_problem_are_those_of_its_layer(monkeypatch: pytest.Monkey
     assert set(asked) == {(name, 2) for name in every}
 
 
+def test_the_first_map_alone_serves_what_is_asked_for_last_where_the_second_is_in_doubles(
+    but: Callable[..., Asked],
+) -> None:
+    but(75, 72)
+    maps = mapped.Maps(run(precisions=(53, 64)))
+    assert maps.by_bits == {64: (FIRST,), 53: (FIRST, SECOND)}
+
+
 @pytest.mark.parametrize(
     ("precisions", "served"),
     [
@@ -358,6 +366,11 @@ def test_maps_of_deep_passages_serve_that_are_eight_bits_from_what_is_asked_for(
     monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
     maps = mapped.Maps(run(precisions=precisions))
     assert sorted(maps.by_bits) == [53, *served]
+    # Integration makes two computations in what is asked for between, or three in the last.
+    most = {rung.bits: rung.most for rung in maps.ladder}
+    assert most.get(80, 2) == 2
+    assert most.get(precisions[-1], 3) == 3
+    assert bool(maps.beyond) == (precisions[-1] > maps.most_bits)
 
 
 @pytest.mark.parametrize(("precisions", "most"), [(PRECISIONS, [1, 1]), ((53, 64), [1, 3])])
@@ -381,6 +394,8 @@ def test_maps_in_doubles_decide_alone_where_nothing_follows(
         maps = mapped.Maps(run(task_orbits=orbits, precisions=(53,)))
         assert [rung.most for rung in maps.ladder] == [3]
         assert maps.design_of(53, certainty.THIRD_SCALES) == (THIRD if served else None)
+        # With it or without, what is known counts as the second one's.
+        assert maps.last == SECOND
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
     given = run().problem, mapped.THIRDS, math.inf
     assert mapped.expected_tables(*given) < mapped.expected_tables(*given, (53,))
@@ -391,8 +406,10 @@ def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
 ) -> None:
     asked, counts = but(), (mapped.THIRDS - 1, mapped.THIRDS)
     assert [mapped.Maps(run(task_orbits=n)).ladder[0].most for n in counts] == [2, 3]
-    # Its bits are those of the first.
+    # Its bits are those of the first's computation.
     assert [x[:2] for x in asked if x[1] == THIRD] == [(64, THIRD)]
+    deep = mapped.tasks_of([FIRST, SECOND, THIRD], (82, 90))
+    assert deep == [(90, FIRST), (90, SECOND), (82, THIRD)]
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
     tables = [mapped.expected_tables(run().problem, n, math.inf) for n in counts]
     assert tables == [64 + 75, 64 + 75 + 64]
@@ -499,6 +516,10 @@ def test_a_map_leaves_out_as_much_as_the_other_errs(monkeypatch: pytest.MonkeyPa
     for bits in (64, 75):
         maps.crossings(bits, certainty.FIRST_SCALES, np.arange(1))
     assert allowed == {53: 0.0, 64: 2.0 ** (GAP_BITS - 60) / 12, 75: 0.0}
+    # The other does not, in as few bits.
+    maps = mapped.Maps(run(precisions=(53, 64)))
+    maps.crossings(64, certainty.SECOND_SCALES, np.arange(1))
+    assert allowed[64] == 0.0
 
 
 def test_none_is_made_where_kept_ones_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
