@@ -208,6 +208,17 @@ def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> No
     assert len(tried) == MORE_HALF_TURNS
 
 
+def test_newtons_method_fails_for_the_crossings_where_surfaces_are_split_least() -> None:
+    """Those between two passages that change sides, here downward ones."""
+    hess: Any = copy.copy(level())
+    hess.downward_splitting = math.ldexp(hess.widest_d, -53)
+    for here, reason in ((level(), "does not converge"), (hess, "at the Hess case or near it")):
+        for symbols, told in (([0, 0], reason), ([0, 1], "does not converge")):
+            one = System(here, on_surface, signs_of(symbols), 2 * math.pi)
+            with pytest.raises(NoOrbit, match=told):
+                one.solved(one.guess(math.pi * np.arange(3.0), 0.0))
+
+
 def test_a_passage_whose_invariant_is_below_all_doubles_is_refused_without_a_warning() -> None:
     """Fig. 4's body takes some 320 half rotations at most."""
     system = System(level(), on_surface, signs_of(np.array([0])))
