@@ -202,6 +202,10 @@ def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> No
     flat.splitting = flat.downward_splitting = 30 * math.ldexp(flat.widest_d, -53) / MOVED * 0.99
     with pytest.raises(NoOrbit, match="nearly symmetric"):
         alike(flat, signs_of([0, 1]), each)
+    hess: Any = copy.copy(level())
+    hess.downward_splitting = flat.splitting
+    with pytest.raises(NoOrbit, match="at the Hess case"):
+        alike(hess, signs_of([0, 0]), each)
     assert not tried
     with pytest.raises(NoOrbit, match="too short"):
         alike(flat, signs_of([0]), each)
