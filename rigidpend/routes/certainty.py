@@ -3,13 +3,12 @@
 A symbol changes when the error of the phase reaches about 1 radian. Two computations hide such
 an error only if both err alike. An orbit has one deviation that grows; computations in units that
 share no rounding err by different multiples of it, so that two with errors of a radian agree to
-d radians with a chance of about d. This gives three limits: `LIMIT_OF_TWO` and `LIMIT_OF_THREE`
-computations of equal precision, and `LIMIT_OF_UNEQUAL` for two of different precision, because
-their errors differ two thousandfold at least; where these differ by less the limit is smaller in
-proportion. Three computations may also differ in precision (`LIMIT_OF_COARSE`,
-`LIMIT_OF_SHARPER`). Among orbits that err by a radian at all, the rules of equal precision are
-wrong about once in a million, the others once in 70,000 to two million, as each limit tells. Of
-orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 errs so in double precision; of longer codes more.
+d radians with a chance of about d. This gives the limits, which `ladder` lists with what they are
+for. That of unequal precisions is larger, because errors differ two thousandfold at least; where
+these differ by less the limit is smaller in proportion. Among orbits that err by a radian at all,
+the rules of equal precision are wrong about once in a million, the others once in 70,000 to two
+million, as each limit tells. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 errs so in double
+precision; of longer codes more.
 
 Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
 and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
@@ -153,14 +152,13 @@ def climbed(
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again on higher rungs.
 
-    Every column is computed twice on the lowest rung, and a third time where the two differ by
-    more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. A single
-    computation, where no more are allowed, leaves all columns uncertain. Columns that are
-    still uncertain are computed once on the next rung and compared with the last result; where
-    the two differ, up to two further computations follow. A symbol that is certain stays so unless
-    one of these differs by more than `LIMIT_OF_COARSE` up to there. None follows where two
-    computations agree that an orbit stays, without a further crossing: its missing symbols stay
-    uncertain.
+    Every column is computed twice on the lowest rung, and a third time where this may establish a
+    further symbol. A single computation, where no more are allowed, leaves all columns uncertain.
+    Columns that are still uncertain are computed once on the next rung and compared with the last
+    result; where the two differ, up to two further computations follow. A symbol that is certain
+    stays so unless one of these differs by more than `LIMIT_OF_COARSE` up to there. None follows
+    where two computations agree that an orbit stays, without a further crossing: its missing
+    symbols stay uncertain.
 
     Parameters
     ----------
