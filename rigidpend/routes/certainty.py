@@ -3,13 +3,12 @@
 A symbol changes when the error of the phase reaches about 1 radian. Two computations hide such
 an error only if both err alike. An orbit has one deviation that grows; computations in units that
 share no rounding err by different multiples of it, so that two with errors of a radian agree to
-d radians with a chance of about d. This gives three limits: `LIMIT_OF_TWO` and `LIMIT_OF_THREE`
-computations of equal precision, and `LIMIT_OF_UNEQUAL` for two of different precision, because
-their errors differ two thousandfold at least; where these differ by less the limit is smaller in
-proportion. Three computations may also differ in precision (`LIMIT_OF_COARSE`,
-`LIMIT_OF_SHARPER`). Among orbits that err by a radian at all, the rules of equal precision are
-wrong about once in a million, the others once in 70,000 to two million, as each limit tells. Of
-orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 errs so in double precision; of longer codes more.
+d radians with a chance of about d. This gives the limits, which `ladder` lists with what they are
+for. That of unequal precisions is larger, because errors differ two thousandfold at least; where
+these differ by less the limit is smaller in proportion. Among orbits that err by a radian at all,
+the rules of equal precision are wrong about once in a million, the others once in 70,000 to two
+million, as each limit tells. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 errs so in double
+precision; of longer codes more.
 
 Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
 and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
@@ -29,7 +28,7 @@ Independent errors behave in the same way.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -40,10 +39,10 @@ from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.orbits import M_UNITS, joined, put
 from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.routes.ladder import COARSE_BITS, Columns, Rung, Third, rungs
 from rigidpend.routes.start import Scales
 
-FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = (
+SCALES = FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = tuple(
     Scales(unit, vertical) for unit, vertical in zip(M_UNITS, ("1", "0.73", "1.43"), strict=True)
 )
 """The scales of the first, second and third computation in a precision."""
@@ -87,28 +86,6 @@ err by a radian would be wrong. Even of the 6,462 that agreed to 0.25 none was. 
 asked for and passages take 10 to 13 rotations, the integration is hardly sharper than the maps: of
 900 orbits it erred by more than R times all three differences in 0.064 and 0.0022, for R of 1 and
 3, and in none for 10, which leaves about as many."""
-COARSE_BITS = 7
-"""Least number of bits by which one of three computations may differ from the others."""
-MUCH_SHARPER = GAP_BITS + 6
-"""Least number of bits between two maps and an integration for which one of the maps suffices.
-
-Maps' tables have six bits more than they count for. Of 1,000 orbits of each of three bodies with
-narrower tables, integrations that counted as 11, 12 and 14 bits sharper and were handed over were
-so by 5.5, 6.9 and 10.7 in the median, and erred by more than R times the difference from the last
-map in a share of 0.02/R, 0.009/R and 0.0012/R: by a radian, at `LIMIT_OF_UNEQUAL`, once in 5,000,
-11,000 and 80,000. They erred by more than R times that from either map in 0.005, 0.004 and none,
-for R of 0.1, and in a share that fell as the square of R, which leaves less than one in a
-million."""
-KEPT_IN_PAIRS = 97
-"""Bits for which an integration in pairs of doubles counts, whatever tolerance it has.
-
-Where integrations of 88 bits erred by up to 0.3 radians, those of 98, 102 and 106 bits were alike,
-sharper by 2^5 to 2^7 in the median of 96 orbits of each of five bodies, and those of 109 bits, in
-sums of three doubles, by 2^17 to 2^19. Those of 106 bits erred by more than R times the difference
-from one of 88 bits in a share of 0.005/R to 0.009/R of 330 orbits, so that this number leaves the
-chance of about one in 70,000, as above. But where passages take 7 and 9 rotations, those of 106
-bits were sharper by 2^17 than those of 88, and 2^5 and 2^9 less sharp than those of 109: beside a
-sharper computation they count as 106, but where passages are very deep (`costs.VERY_DEEP`)."""
 
 
 class Contradiction(Exception):
@@ -131,14 +108,8 @@ class Decided(NamedTuple):
     """(n,), True where return maps alone followed the orbit, which `choice` tells: else False."""
 
 
-Columns: TypeAlias = NDArray[np.intp]
-"""Indices of some of the orbits."""
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 """Computation of some columns in a precision (bits) and scales."""
-MostComputations: TypeAlias = Callable[[int], int]
-"""Largest number of computations in a precision (bits)."""
-Third: TypeAlias = Callable[[Columns], Crossings]
-"""Another computation of some columns, whose precision and scales are settled."""
 Division: TypeAlias = Callable[[int, int], tuple[int, int]]
 """Columns in a piece, of so many in a precision (bits), and threads that share the pieces."""
 
@@ -166,34 +137,28 @@ def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[
     return same[1:]
 
 
-def kept_bits(bits: int) -> int:
-    """Bits that computations in `bits` bits keep: of pairs of doubles at most `KEPT_IN_PAIRS`."""
-    return min(bits, KEPT_IN_PAIRS) if bits <= PAIRS else bits
-
-
 def undivided(n: int, _: int) -> tuple[int, int]:
     """All columns are one piece, for one thread."""
     return max(1, n), 1
 
 
-def decide(
-    compute: Compute,
-    n: int,
-    rate: float,
-    precisions: tuple[int, ...],
-    division: Division = undivided,
-    most_computations: MostComputations = lambda _: 3,
-) -> Decided:
-    """Compute `n` columns, and those with an uncertain symbol again in higher precision.
+def decide(compute: Compute, n: int, rate: float, precisions: Iterable[int]) -> Decided:
+    """Decide `n` columns by up to three integrations in each of the precisions: :func:`climbed`."""
+    return climbed(compute, n, rate, rungs(precisions))
 
-    Every column is computed twice in the first precision, and a third time where the two differ by
-    more than `LIMIT_OF_TWO` but agree to `LIMIT_OF_THREE` for a further symbol. A single
-    computation, where no more are allowed, leaves all columns uncertain. Columns that are
-    still uncertain are computed once in the next precision and compared with the last result; where
-    the two differ, up to two further computations follow. A symbol that is certain stays so unless
-    one of these differs by more than `LIMIT_OF_COARSE` up to there. None follows where two
-    computations agree that an orbit stays, without a further crossing: its missing symbols stay
-    uncertain.
+
+def climbed(
+    compute: Compute, n: int, rate: float, ladder: Sequence[Rung], division: Division = undivided
+) -> Decided:
+    """Compute `n` columns, and those with an uncertain symbol again on higher rungs.
+
+    Every column is computed twice on the lowest rung, and a third time where this may establish a
+    further symbol. A single computation, where no more are allowed, leaves all columns uncertain.
+    Columns that are still uncertain are computed once on the next rung and compared with the last
+    result; where the two differ, up to two further computations follow. A symbol that is certain
+    stays so unless one of these differs by more than `LIMIT_OF_COARSE` up to there. None follows
+    where two computations agree that an orbit stays, without a further crossing: its missing
+    symbols stay uncertain.
 
     Parameters
     ----------
@@ -203,21 +168,18 @@ def decide(
         Number of columns.
     rate : float
         Radians per unit of t', for :func:`agreement`.
-    precisions : tuple of int
-        Bits, ascending.
+    ladder : sequence of Rung
+        Ascending.
     division : callable, optional
         ``division(n, bits)`` is the number of columns, of n, that are decided together in that
         precision, and the number of threads that decide such pieces side by side. By default all
         columns are one piece.
-    most_computations : callable, optional
-        ``most_computations(bits)`` in a precision, 1 to 3.
     """
-    least = precisions[0]
+    least, most, *_ = ladder[0]
 
     def settle(columns: Columns) -> Decided:
-        """Decide some columns in the first precision."""
-        count = most_computations(least)
-        if count == 1:
+        """Decide some columns on the lowest rung."""
+        if most == 1:
             # It is compared with the next precision's in the first scales. The second ones are
             # those of another map, for errors of a map's tables are the same in every precision.
             only = compute(least, SECOND_SCALES, columns)
@@ -225,7 +187,7 @@ def decide(
             return _decided(only, certain, least)
         first, second = (compute(least, x, columns) for x in (FIRST_SCALES, SECOND_SCALES))
         certain = agreement(first, second, rate, LIMIT_OF_TWO)
-        if count > 2:
+        if most > 2:
             third = functools.partial(compute, least, THIRD_SCALES)
             limits = LIMIT_OF_THREE, LIMIT_OF_THREE
             _confirm(certain, first, second, rate, columns, third, limits)
@@ -234,7 +196,7 @@ def decide(
     pieces = _in_pieces(settle, np.arange(n), division(n, least))
     # The pieces come back in the order of the columns, so that joining them is enough.
     found = joined([piece for _, piece in pieces])
-    climb(compute, found, rate, precisions[1:], most_computations, division)
+    climb(compute, found, rate, ladder[1:], division)
     return found
 
 
@@ -242,26 +204,19 @@ def climb(
     compute: Compute,
     found: Decided,
     rate: float,
-    precisions: tuple[int, ...],
-    most_computations: MostComputations = lambda _: 3,
+    ladder: Iterable[Rung],
     division: Division = undivided,
-    beside: Third | None = None,
-    counted: Callable[[int], int] = int,
 ) -> None:
-    """Decide the open columns in ascending higher precisions; `found` is changed in place.
+    """Decide the open columns on further rungs; `found` is changed in place.
 
-    The arguments are those of :func:`decide`. `beside` makes another computation of some columns,
-    in the precision of what is known of them, which the first of the precisions is compared with.
-    `counted` gives the bits for which the less sharp one of two computations counts.
+    The arguments are those of :func:`climbed`.
     """
-    for bits in precisions:
+    for rung in ladder:
         left = open_columns(found)
         if not left.size:
             break
-        count, third = most_computations(bits), beside if bits == precisions[0] else None
-        given = compute, found, rate, bits, count, counted, third
-        further = functools.partial(_further, *given)
-        for columns, piece in _in_pieces(further, left, division(left.size, bits)):
+        further = functools.partial(_further, compute, found, rate, rung)
+        for columns, piece in _in_pieces(further, left, division(left.size, rung.bits)):
             put(found, columns, piece)
 
 
@@ -275,26 +230,18 @@ def _in_pieces(
 
 
 def _further(
-    compute: Compute,
-    found: Decided,
-    rate: float,
-    bits: int,
-    count: int,
-    counted: Callable[[int], int],
-    beside: Third | None,
-    columns: Columns,
+    compute: Compute, found: Decided, rate: float, rung: Rung, columns: Columns
 ) -> Decided:
-    """Decide some columns in a precision, starting from what is known of them.
+    """Decide some columns on a rung, starting from what is known of them.
 
-    The first computation is compared with the last one in a lower precision; where it is not
-    `MUCH_SHARPER`, with the one `beside` that too. Where these differ, a second one is compared
-    with the first and with the last one, and a third one with the first two, if `count` allows it.
+    The first computation is compared with the last one below it, and with one `beside` that. Where
+    these differ, a second one is compared with the first and with the last one, and a third one
+    with the first two, if the rung allows it.
     """
+    bits, most, more, beside = rung
     # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
-    # Of what is known `counted` says the bits, for maps have others than integrations.
-    more = kept_bits(bits) - counted(int(known.bits.max()))
-    for scales in (FIRST_SCALES, SECOND_SCALES)[:count]:
+    for scales in SCALES[: min(2, most)]:
         open_ = open_columns(known)
         if not open_.size:
             break
@@ -304,9 +251,7 @@ def _further(
         # What was certain stays so unless this contradicts it: its own limits may be narrower.
         certain = known.certain[:, open_] & agreement(before, sharper, rate, LIMIT_OF_COARSE)
         if scales == FIRST_SCALES:
-            if beside and more < MUCH_SHARPER:
-                # It keeps so few bits more than maps, seven at least (`Maps` see to it), that both
-                # maps must confirm it.
+            if beside:
                 _confirm(certain, *given, beside, (LIMIT_OF_SHARPER, LIMIT_OF_SHARPER))
             else:
                 limit = LIMIT_OF_UNEQUAL * 2.0 ** min(0, more - GAP_BITS)
@@ -316,7 +261,7 @@ def _further(
             if more >= COARSE_BITS:
                 coarse = functools.partial(columns_of, found.crossings)
                 _confirm(certain, *given, coarse, (LIMIT_OF_THREE, LIMIT_OF_COARSE))
-            if count > 2:
+            if most > 2:
                 third = functools.partial(compute, bits, THIRD_SCALES)
                 _confirm(certain, *given, third, (LIMIT_OF_THREE, LIMIT_OF_THREE))
         put(known, open_, _decided(_agreed(before, sharper, certain), certain, bits))

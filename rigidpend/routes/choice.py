@@ -15,7 +15,8 @@ from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
-from rigidpend.routes.certainty import Columns, Compute, Decided
+from rigidpend.routes.certainty import Compute, Decided
+from rigidpend.routes.ladder import Columns
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run, abreast
 from rigidpend.routes.start import Scales
@@ -144,7 +145,7 @@ def _counted(run: Run) -> tuple[int, bool, bool]:
 
 
 def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
-    """Decide orbits as `certainty.decide` does, with maps in the place of integrations.
+    """Decide orbits as `certainty.climbed` does, with maps in the place of integrations.
 
     Orbits that maps leave open are integrated if the precisions go beyond the maps', and compared
     with the last result of the maps. A sample is integrated too and must not contradict the maps;
@@ -159,29 +160,24 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
 
     run = maps.run
     n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
-    within = tuple(p for p in maps.ladder if p <= maps.most_bits)
     compute, left = with_maps(maps, run.crossings, precisions)
 
     # The pieces follow one another, for the threads share the orbits within each.
     pieces = max(1, PIECE // (run.problem.n_symbols + 1)), 1
-    known = certainty.decide(compute, n, rate, within, lambda *_: pieces, maps.most_computations)
+    known = certainty.climbed(compute, n, rate, maps.ladder, lambda *_: pieces)
     open_ = certainty.open_columns(known)
-    beyond = maps.beyond
-    if open_.size and beyond:
+    if open_.size and maps.beyond:
         # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:
             reason = f"their symbols need more than the {maps.most_bits} bits of the maps"
-            each = costs.beyond_maps(run.problem, precisions)
+            _, each = costs.beyond_maps(run.problem, precisions)
             costs.warned(run.problem, open_.size, n, each, reason)
         # Errors of regular motions hardly grow from passage to passage, so that one that a map adds
         # where it takes over would be as large in the end as that which it is to be free of.
         regular = costs.wanted(run.problem)[0] == (53, 53)
-        climbing = run.crossings if regular else handed_over(maps, run.crossings, known, beyond)
-        # One computation in each precision but the last: one in the next precision settles more
-        # orbits than a second one in the same.
-        last, most = beyond[-1], run.most_computations
-        given = climbing, known, rate, beyond, lambda x: most(x) if x == last else 1
-        certainty.climb(*given, beside=maps.beside, counted=maps.counted)
+        beyond, own = maps.beyond, run.crossings
+        climbing = own if regular else handed_over(maps, own, known, beyond)
+        certainty.climb(climbing, known, rate, beyond)
     if sampled:
         # Most of the sample is integrated in doubles alone, which decide at least the first symbols
         # of every orbit; more bits take long. A part of a plane has its share of the sample.

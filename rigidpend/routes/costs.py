@@ -11,13 +11,14 @@ import functools
 import itertools
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
-from rigidpend.routes.certainty import LIMIT_OF_THREE, LIMIT_OF_TWO, kept_bits
+from rigidpend.routes.certainty import LIMIT_OF_THREE, LIMIT_OF_TWO
+from rigidpend.routes.ladder import CLOSEST, RUNGS, fits, kept_bits
 from rigidpend.routes.problem import (
     RouteProblem,
     closeness,
@@ -43,8 +44,6 @@ SHARPER, SHARPEST = 64, 82
 """Bits of the first map that decides the orbits that doubles leave open, in pairs of doubles.
 
 The larger number is used where passages are deep (see `DEEP`)."""
-CLOSEST = 8
-"""Least difference, in bits, of two precisions with one computation each that decide together."""
 FINER = {SHARPER: (GAP_BITS, CLOSEST), SHARPEST: (CLOSEST,)}
 """Bits by which the second map is sharper than the first; the largest number that pays is taken.
 
@@ -54,13 +53,6 @@ and 75 bits left 0 to 4 open, where maps of 64 and 72 left up to 17. Maps of 82 
 to 9 open of twelve bodies, and 35 to 110 of four whose passages take 20 to 28 rotations. Maps of 64
 bits and in doubles left 1, 12 and 140 open of three bodies whose tables converge slowly, where
 those of 72 bits would take longer than they may."""
-RUNGS = 64, 76, 88, 109, 120, 131
-"""Bits of the rungs: one integration in each, between two precisions, is all that most orbits need.
-
-Their series are shorter: with three random bodies a rung up to 88 bits took 0.36, 0.49 and 0.69 of
-the time of an integration in 106 bits, others 0.45 and 0.58 of one in 160. From one rung to the
-next there are at least four more orders of the series, by which the truncation error falls by e^8.
-"""
 CLIMBING = 0.7
 """Time of orbits that a lower rung already decides, as a share of that in the full precision.
 
@@ -141,18 +133,13 @@ def integration(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -
 
 def by_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
     """Seconds of a core that an orbit takes by kept maps, and by integration beyond their bits."""
-    open_, each = _beyond(problem, precisions)
-    first, _ = wanted(problem)[0]
+    (first, _), (open_, each) = wanted(problem)[0], beyond_maps(problem, precisions)
     return MAPPED[first] * problem.n_symbols + open_ * each
 
 
-def beyond_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
-    """Seconds of a core for an orbit whose symbols need more bits than the maps have."""
-    _, each = _beyond(problem, precisions)
-    return each
-
-
-def _beyond(problem: RouteProblem, precisions: Sequence[int]) -> tuple[float, float]:
+def beyond_maps(
+    problem: RouteProblem, precisions: Sequence[int] = PRECISIONS
+) -> tuple[float, float]:
     """Share of orbits that maps leave open, and seconds of a core that each of them takes then."""
     # Computations by both maps decide about as many as one would of the bits between.
     most = sum(wanted(problem)[0]) // 2
@@ -243,15 +230,6 @@ def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRE
     return precisions[0] == 53 and orbits * integration(problem, precisions) >= LEAST_SECONDS
 
 
-def fits(bits: int, precisions: Sequence[int], counted: Callable[[int], int] = int) -> bool:
-    """True if one computation in `bits` bits pays: between the precisions, and not close to any.
-
-    `counted` gives the bits for which a computation in fewer counts.
-    """
-    far = all(bits - counted(p) >= CLOSEST or p - bits >= CLOSEST for p in precisions)
-    return far and precisions[0] < bits < max(precisions)
-
-
 def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     """Bits of the first and the second map, best first; the next serve where these do not pay."""
     if share_open(problem, 53, displaced=False) < NONE_OPEN:
@@ -261,16 +239,6 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     # passage those of 64 and 75 bits left 0.7 % of the orbits open, that of 82 bits 26 %.
     pairs = [(bits, bits + more) for bits in least for more in FINER[bits]]
     return *pairs, *((bits, 53) for bits in least), (53, 53)
-
-
-def built_bits(map_bits: tuple[int, int]) -> tuple[int, int, int]:
-    """Bits that the first, second and third map are built with, for computations of `map_bits`.
-
-    Where passages are deep the first map is as sharp as the second: its own computation leaves
-    terms of it out, but orbits that are handed over to it get all of them.
-    """
-    first, second = map_bits
-    return (max(map_bits) if first == SHARPEST else first), second, first
 
 
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:

@@ -10,6 +10,7 @@ late.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,8 +22,10 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.states import at_crossings
+from rigidpend.orbits.return_map.build import Design
 from rigidpend.routes import certainty
-from rigidpend.routes.certainty import Columns, Compute, Decided
+from rigidpend.routes.certainty import Compute, Decided
+from rigidpend.routes.ladder import Columns, Rung, kept_bits
 from rigidpend.routes.mapped import Maps
 from rigidpend.routes.problem import narrower
 from rigidpend.routes.run import tolerance_of
@@ -41,14 +44,16 @@ TIME_ERROR_BITS = 8
 """Binary logarithm of the error allowed in the time of a crossing, in units of 2^-bits t'."""
 
 
-def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequence[int]) -> Compute:
+def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequence[Rung]) -> Compute:
     """Computations, for `certainty.climb`, of orbits that maps leave open.
 
-    `known` is what the maps found, by `maps.last` at last. The first computation in each precision
-    of the ladder is handed over where that pays. The two maps take turns, for a result and the one
-    that it is compared with must not come from the same tables. Further computations in the same
-    precision are integrations to the end, by `integrated`.
+    `known` is what the maps found, by `maps.last` at last. The first computation on each rung is
+    handed over where that pays. The two maps take turns, for a result and the one that it is
+    compared with must not come from the same tables. Further computations on the same rung are
+    integrations to the end, by `integrated`.
     """
+    turns = sorted(maps.designs[:2], key=lambda design: design == maps.last)
+    by = dict(zip((rung.bits for rung in ladder), itertools.cycle(turns), strict=False))
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
         if scales != certainty.FIRST_SCALES or not in_kernel(maps.run.arithmetic.engine, bits):
@@ -56,15 +61,14 @@ def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequenc
         # All orbits count as failed until a map has carried them to their end.
         found = columns_of(known.crossings, columns)
         found.outcome[:] = Outcome.FAILED
-        which = (maps.last + 1 + ladder.index(bits)) % 2
         # Integration in pairs of doubles is only as much sharper than the map as what they keep.
         fewer = narrower(maps.problem)
-        more = certainty.kept_bits(bits) - maps.built_bits[which] - fewer
+        more = kept_bits(bits) - maps.built_bits[by[bits]] - fewer
         # Beside a midline errors of maps in doubles too begin as many bits smaller.
         at = handover(maps, more - fewer, columns, known)
         some = np.flatnonzero(at)
         if some.size:
-            given = columns[some], columns_of(found, some), at[some], which
+            given = columns[some], columns_of(found, some), at[some], by[bits]
             put(found, some, _continued(maps, bits, *given))
         left = np.flatnonzero(found.outcome != Outcome.COMPLETE)
         if left.size:
@@ -93,7 +97,7 @@ def handover(maps: Maps, more: int, columns: Columns, known: Decided) -> NDArray
 
 
 def _continued(
-    maps: Maps, bits: int, columns: Columns, known: Crossings, at: NDArray[np.intp], which: int
+    maps: Maps, bits: int, columns: Columns, known: Crossings, at: NDArray[np.intp], design: Design
 ) -> Crossings:
     """The crossings of orbits, each integrated up to its known crossing `at`, then by a map.
 
@@ -129,7 +133,7 @@ def _continued(
     for up in (True, False):
         some = np.flatnonzero(rising == up)
         if some.size:
-            here, given = at[some], (which, columns[some], states[:, some], time[some])
+            here, given = at[some], (design, columns[some], states[:, some], time[some])
             # As many crossings as the earliest handover needs; `_written` takes those of each.
             beside, further = maps.onward(*given, len(known.time) - 1 - here.min(), rising=up)
             right[some] &= beside == known.separatrix[here, some]

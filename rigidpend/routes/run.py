@@ -18,8 +18,8 @@ from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, Arithmetic, in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.routes import certainty
-from rigidpend.routes.certainty import Columns, Compute, Decided
-from rigidpend.routes.costs import RUNGS, fits
+from rigidpend.routes.certainty import Compute, Decided
+from rigidpend.routes.ladder import Columns, Rung, integrations
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
@@ -66,24 +66,6 @@ class Run:
     def rate(self) -> float:
         """The fastest rate of all orbits, radians per unit of t'."""
         return max(map(phase_rate, self.problems or [self.problem]))
-
-    def beyond(self, known: int, counted: Callable[[int], int] = int) -> tuple[int, ...]:
-        """Precisions, ascending, above `known` bits: those asked for and the rungs between them.
-
-        `counted` is as in `costs.fits`.
-        """
-        engine, _, precisions = self.arithmetic
-        # An integration that is less sharp than what is known would settle nothing.
-        asked = [x for x in precisions if x > known and certainty.kept_bits(x) >= counted(known)]
-        rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked), counted)]
-        return tuple(sorted((*asked, *rungs)))
-
-    def most_computations(self, bits: int) -> int:
-        """The largest number of computations in a precision: one on a rung, otherwise three.
-
-        An orbit that is open after the computation on a rung is left to the next precision.
-        """
-        return 3 if bits in self.arithmetic.precisions else 1
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns, computed in `bits` bits in the given scales; times t'."""
@@ -167,9 +149,9 @@ class Run:
             size = max(fewest(bits), -(-count // (PIECES_A_THREAD * self.jobs)))
             return min(MOST_COLUMNS, size), self.jobs
 
-        least = self.arithmetic.precisions[0]
-        ladder = least, *self.beyond(least)
-        return certainty.decide(compute, n, self.rate, ladder, division, self.most_computations)
+        engine, _, (least, *further) = self.arithmetic
+        ladder = Rung(least), *integrations(engine, further, least)
+        return certainty.climbed(compute, n, self.rate, ladder, division)
 
 
 def abreast(run: Run) -> Compute:
@@ -187,7 +169,7 @@ def abreast(run: Run) -> Compute:
         python = not in_kernel(engine, bits)
         idle = (
             run.jobs > 1
-            and (bits == precisions[0] if python else run.most_computations(bits) > 1)
+            and bits in (precisions[:1] if python else precisions)
             and integrate.on_one_thread(engine, bits, len(columns))
         )
         if scales == certainty.FIRST_SCALES and idle:

@@ -14,10 +14,11 @@ from rigidpend.routes.certainty import (
     THIRD_SCALES,
     agreement,
     climb,
+    climbed,
     decide,
-    kept_bits,
     undivided,
 )
+from rigidpend.routes.ladder import Rung, rungs
 from rigidpend.routes.start import Scales
 
 RATE, LIMIT = 2.0, 1e-3
@@ -43,6 +44,11 @@ def ended(at: float = 20.0, outcome: Outcome = Outcome.ASYMPTOTIC) -> Crossings:
 
 
 ASYMPTOTIC_LATER = record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.ASYMPTOTIC)
+
+
+def ladder(most: dict[int, int], known: int = 0) -> list[Rung]:
+    """Rungs of integrations by their bits, with the largest number of computations on each."""
+    return rungs(most, known, most=most)
 
 
 @pytest.mark.parametrize(
@@ -103,8 +109,7 @@ def test_an_orbit_that_two_computations_see_stay_is_computed_no_more(
                 asked.append(bits)
                 return next(coming)
 
-            most_of = {53: most, 64: most, 106: most}
-            found = decide(compute, 1, RATE, (53, 64, 106), most_computations=most_of.__getitem__)
+            found = climbed(compute, 1, RATE, ladder({53: most, 64: most, 106: most}))
             assert asked[:2] == [53, 64 if most == 1 else 53]
             assert (len(asked) > 2) is again
             assert again or found.certain[:, 0].tolist() == [True, False, False]
@@ -168,7 +173,7 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("ladder", "limit"),
+    ("precisions", "limit"),
     [
         ((53, 64), LIMIT_OF_UNEQUAL),
         ((53, 61), LIMIT_OF_UNEQUAL / 8),
@@ -181,15 +186,15 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ((53, 106, 109), LIMIT_OF_UNEQUAL / 256),
     ],
 )
-def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:
+def test_closer_precisions_must_agree_better(precisions: tuple[int, ...], limit: float) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
     assert LIMIT_OF_UNEQUAL == 1e-2
     # Each is a radian or more from the one before it, but for the last.
-    *between, last = (f"first_{bits}" for bits in ladder[1:])
+    *between, last = (f"first_{bits}" for bits in precisions[1:])
     late = {last: np.array([0.99, 1.01]) * limit + len(between)}
     late |= {key: np.ones(2) for key in between}
     noted = Noted(first_53=np.ones(2), second_53=np.zeros(2), **late)
-    found = decide(noted, 2, 1.0, ladder, most_computations=lambda bits: 1 + (bits == 53))
+    found = climbed(noted, 2, 1.0, ladder({bits: 1 + (bits == 53) for bits in precisions}))
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
@@ -205,58 +210,30 @@ def test_a_less_sharp_computation_is_a_third_one_from_seven_bits_on(
     less, apart = np.array(table).T
     late = {f"second_{bits}": np.zeros(3), f"first_{bits}": -apart}
     noted = Noted(second_53=less - apart, **late)
-    found = decide(noted, 3, 1.0, (53, bits), most_computations={53: 1, bits: 2}.__getitem__)
+    found = climbed(noted, 3, 1.0, ladder({53: 1, bits: 2}))
     assert found.certain.all(axis=0).tolist() == [serves, False, False]
 
 
-@pytest.mark.parametrize(("known", "bits"), [(90, 106), (93, 109)])
-def test_two_less_sharp_computations_must_both_confirm_one_that_is_not_much_sharper(
-    known: int, bits: int
-) -> None:
-    """Each must agree with the others. Sixteen bits are not much, and pairs count as 97 bits."""
+@pytest.mark.parametrize("most", [1, 2])
+def test_what_is_beside_the_last_computation_must_confirm_a_further_one_too(most: int) -> None:
+    """Each must agree with the others, however many may follow."""
     last = np.array([0.99, 0.99, 0.5, 1.01, 0.5, 0]) * SHARPER
     other = np.array([0.0, 0.99, -0.51, 0.5, 1.01, 2]) * SHARPER
-    late = {f"second_{known}": last, "first_160": np.full(6, 0.5 * SHARPER)}
-    late |= {f"first_{bits}": np.zeros(6), "third_53": other}
-    noted = Noted(**late)
-    found = decide(noted, 6, 1.0, (known,), most_computations=lambda _: 1)
+    late = {"second_90": last, "first_106": np.zeros(6)}
+    late |= {name: np.full(6, 0.5 * SHARPER) for name in ("second_106", "first_160")}
+    noted = Noted(third_53=other, **late)
+    found = climbed(noted, 6, 1.0, [Rung(90, most=1)])
     asked: list[int] = []
 
     def beside(columns: Any) -> Crossings:
         asked.extend(columns)
         return noted(53, THIRD_SCALES, columns)
 
-    climb(noted, found, 1.0, (bits, 160), lambda _: 1, beside=beside)
-    assert found.bits.tolist() == [bits, bits, 160, 160, 160, 160]
+    first, second = ladder({106: most, 160: 1}, known=90)
+    climb(noted, found, 1.0, [first._replace(beside=beside), second])
+    assert found.bits.tolist() == [106, 106, 160, 160, 160, 160]
     # It is made for columns in which the last one is near, and beside that one alone.
     assert asked == [0, 1, 2, 4, 5]
-
-
-def test_only_the_first_of_further_precisions_is_compared_with_what_is_beside_the_last() -> None:
-    noted = Noted(second_90=np.ones(1), first_106=np.zeros(1), first_110=np.full(1, 5e-5))
-    found = decide(noted, 1, 1.0, (90,), most_computations=lambda _: 1)
-    climb(noted, found, 1.0, (106, 110), lambda _: 1, beside=Mock(side_effect=AssertionError))
-    assert found.certain.all()
-
-
-def test_one_that_is_much_sharper_needs_no_second_computation_beside_it() -> None:
-    """Seventeen bits are much."""
-    noted = Noted(second_92=np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL, first_109=np.zeros(2))
-    found = decide(noted, 2, 1.0, (92,), most_computations=lambda _: 1)
-    climb(noted, found, 1.0, (109,), lambda _: 1, beside=Mock(side_effect=AssertionError))
-    assert found.certain.all(axis=0).tolist() == [True, False]
-
-
-@pytest.mark.parametrize(("counted", "bits"), [(int, 3), (kept_bits, 12)])
-def test_pairs_count_for_as_many_bits_beside_what_is_sharper_as_is_said(
-    counted: Any, bits: int
-) -> None:
-    """From 106 to 109 bits are three; from 97 there are twelve, for which the limit is whole."""
-    late = np.array([0.99, 1.01]) * LIMIT_OF_UNEQUAL * 2.0 ** min(0, bits - 11)
-    noted = Noted(second_90=late + 2, first_106=late, first_109=np.zeros(2))
-    found = decide(noted, 2, 1.0, (90,), most_computations=lambda _: 1)
-    climb(noted, found, 1.0, (106, 109), lambda _: 1, counted=counted)
-    assert found.certain.all(axis=0).tolist() == [True, False]
 
 
 @pytest.mark.parametrize("known", [53, 90])
@@ -276,13 +253,13 @@ def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradi
     late = {f"second_{known}": 0 * last, f"first_{known}": last, "third_160": 5 * last}
     late |= {"first_106": first + 2 * last, "second_106": second + 3 * last}
     noted = Noted(**late)
-    found = decide(noted, 4, 1.0, (known,), most_computations=lambda _: 2)
+    found = climbed(noted, 4, 1.0, [Rung(known, most=2)])
     assert found.certain.sum(axis=0).tolist() == [2, 2, 2, 2]
 
     def beside(columns: Any) -> Crossings:
         return noted(160, THIRD_SCALES, columns)
 
-    climb(noted, found, 1.0, (106,), lambda _: 2, beside=beside)
+    climb(noted, found, 1.0, [Rung(106, 2, 97 - known, beside if known == 90 else None)])
     assert found.certain.sum(axis=0).tolist() == [2, 2, 0, 0]
     assert found.bits.tolist() == [106] * 4
 
@@ -290,10 +267,10 @@ def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradi
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:
     """That of doubles is in other scales than the one that it is compared with."""
     noted = Noted(second_53=[0, 0], first_64=[0.99e-2, 1.01e-2], first_106=[1, 1.01e-2])
-    found = decide(noted, 2, 1.0, (53, 64, 106), most_computations=lambda _: 1)
+    found = climbed(noted, 2, 1.0, ladder({53: 1, 64: 1, 106: 1}))
     assert found.certain.all(axis=0).tolist() == [True, True]
     assert found.bits.tolist() == [64, 106]
-    assert not decide(noted, 2, 1.0, (53,), most_computations=lambda _: 1).certain.any()
+    assert not climbed(noted, 2, 1.0, [Rung(53, most=1)]).certain.any()
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])
@@ -307,7 +284,7 @@ def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
         third_106=[5, 0, 1, 1, 7],
     )
     division = Mock(side_effect=undivided)
-    found = decide(noted, 5, 1.0, (53, 106), division, lambda bits: 2 if bits == 53 else most)
+    found = climbed(noted, 5, 1.0, ladder({53: 2, 106: most}), division)
     assert [given.args for given in division.call_args_list] == [(5, 53), (4, 106)]
     assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3)), False]
     assert found.bits.tolist() == [53, *[106] * 4]

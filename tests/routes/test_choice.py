@@ -19,6 +19,7 @@ from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.routes import certainty, choice, codes, costs, handover, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.ladder import rungs
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
@@ -250,31 +251,31 @@ def test_of_some_columns_those_are_integrated_that_maps_do_not_follow(bits: int)
 
 
 @pytest.mark.parametrize("regular", [False, True])
-def test_beyond_maps_a_precision_that_another_follows_is_computed_once(
+def test_what_maps_leave_open_climbs_beyond_them(
     monkeypatch: pytest.MonkeyPatch, regular: bool
 ) -> None:
-    """One that was asked for too, for the next settles more than a second computation.
-
-    The maps' computation beside the last one is handed on, and an orbit that stays counts no more.
-    Orbits whose motion is regular are not handed over to maps.
-    """
+    """An orbit that stays counts no more, and regular motions are not handed over to maps."""
     nothing = np.zeros((3, 2), dtype=bool), np.full(2, 53, dtype=np.uint16), np.zeros(2, dtype=bool)
     known = certainty.Decided(whole(53, Scales(), range(2)), *nothing)
-    monkeypatch.setattr(certainty, "decide", lambda *_: known)
+    monkeypatch.setattr(certainty, "climbed", climbed := Mock(return_value=known))
     monkeypatch.setattr(certainty, "climb", climb := Mock())
     monkeypatch.setattr(handover, "handed_over", handed := Mock())
     monkeypatch.setattr(costs, "warned", warned := Mock())
     monkeypatch.setattr(costs, "NONE_OPEN", 2.0 * regular)
     known.crossings.outcome[1], precisions = Outcome.STAYS, (53, 106, 400)
     run = Run(PROBLEM, Phases([1, 2]), resolve(None, None, precisions))
-    maps = Mock(run=run, most_bits=53, ladder=precisions, beyond=run.beyond(53))
+    maps = Mock(run=run, most_bits=53, beyond=rungs(precisions[1:], 53))
     choice.by_maps(maps, sampled=False)
-    climbing, *_, beyond, most = climb.call_args.args
-    assert climbing == (run.crossings if regular else handed.return_value)
-    assert {106, 400} < set(beyond)
-    assert [most(bits) for bits in beyond] == [*[1] * (len(beyond) - 1), 3]
-    assert climb.call_args.kwargs == {"beside": maps.beside, "counted": maps.counted}
-    assert warned.call_args.args[:4] == (PROBLEM, 1, 2, costs.beyond_maps(PROBLEM, precisions))
+    climbing = run.crossings if regular else handed.return_value
+    assert climb.call_args.args == (climbing, known, run.rate, maps.beyond)
+    # Where no more bits are asked for nothing climbs, and nobody is warned that it takes long.
+    choice.by_maps(Mock(run=run, most_bits=53, beyond=[]), sampled=False)
+    assert [climb.call_count, warned.call_count] == [1, 1]
+    # The memory that maps take is bounded.
+    *_, division = climbed.call_args.args
+    assert division(2, 53) == (choice.PIECE // (PROBLEM.n_symbols + 1), 1)
+    _, each = costs.beyond_maps(PROBLEM, precisions)
+    assert warned.call_args.args[:4] == (PROBLEM, 1, 2, each)
 
 
 @pytest.mark.usefixtures("samples")

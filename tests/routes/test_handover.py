@@ -12,11 +12,12 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.return_map import ReturnMap
-from rigidpend.orbits.return_map.build import FIRST
+from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty, choice, costs, handover
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.handover import GROWING, LATEST, TIME_ERROR_BITS, handed_over
+from rigidpend.routes.ladder import kept_bits, rungs
 from rigidpend.routes.mapped import Maps
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
@@ -39,9 +40,7 @@ def maps() -> Maps:
 @pytest.fixture(scope="module")
 def known(maps: Maps) -> Decided:
     compute, _ = choice.with_maps(maps, maps.run.crossings, ())
-    within = tuple(x for x in maps.ladder if x <= maps.most_bits)
-    given = compute, len(PHASES), maps.run.rate, within
-    return certainty.decide(*given, most_computations=maps.most_computations)
+    return certainty.climbed(compute, len(PHASES), maps.run.rate, maps.ladder)
 
 
 @pytest.fixture(scope="module")
@@ -63,11 +62,12 @@ def whole(exact: Crossings, open_: Any) -> Crossings:
     return columns_of(exact, open_)
 
 
-LADDER = 88, 106, 109, 120, 160, 500
+LADDER = rungs((88, 106, 109, 120, 160, 500))
 
 
 def taken_over(maps: Maps, bits: int, columns: Any, known: Decided) -> Any:
-    more = certainty.kept_bits(bits) - maps.built_bits[LADDER.index(bits) % 2]
+    # Of 88 bits the first map takes over, and of 106 the second, which found what is known.
+    more = kept_bits(bits) - maps.built_bits[FIRST if bits == 88 else SECOND]
     return handover.handover(maps, more, columns, known)
 
 
@@ -101,25 +101,31 @@ def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrat
     assert np.median(np.abs(before[-1] / own[-1])) > 10
 
 
-@pytest.mark.parametrize(("pair", "first"), [((64, 75), 0), ((64, 53), 1)])
+@pytest.mark.parametrize(
+    ("pair", "turns"), [((64, 75), [FIRST, SECOND]), ((64, 53), [SECOND, FIRST])]
+)
 def test_orbits_are_handed_over_to_the_map_that_did_not_find_what_is_known(
-    known: Decided, open_: Any, pair: tuple[int, int], first: int, monkeypatch: pytest.MonkeyPatch
+    known: Decided,
+    open_: Any,
+    pair: tuple[int, int],
+    turns: list[Design],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Where only the first map has more than 53 bits, it found that, and comes second."""
     monkeypatch.setattr(costs, "wanted", lambda _: (pair, (53, 53)))
-    maps, used = Maps(run()), list[int]()
+    maps, used = Maps(run()), list[Design]()
     assert maps.map_bits == pair
 
-    def onward(which: int, columns: Any, *_: Any, **more: Any) -> Any:
-        used.append(which)
+    def onward(design: Design, columns: Any, *_: Any, **more: Any) -> Any:
+        used.append(design)
         raise ArithmeticError
 
     monkeypatch.setattr(maps, "onward", onward)
     computing = handed_over(maps, nobody, known, LADDER)
-    for bits in LADDER[:2]:
+    for bits in (88, 106):
         with pytest.raises(ArithmeticError):
             computing(bits, certainty.FIRST_SCALES, open_)
-    assert used == [first, 1 - first]
+    assert used == turns
 
 
 def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_map(
@@ -150,7 +156,7 @@ def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_ma
     assert more == [97 - 90, 109 - 90, 97 - 90 - 6, 109 - 90 - 6]
     maps.crossings(82, certainty.FIRST_SCALES, open_)
     beside_2 = np.array([[1, 1e-4, 0, 0.6, 0.8, 0]]).T
-    maps.onward(0, open_[:1], beside_2, np.zeros(1), 3, rising=True)
+    maps.onward(FIRST, open_[:1], beside_2, np.zeros(1), 3, rising=True)
     assert used == {(FIRST, 90, 82, True), (FIRST, 90, 90, False)}
 
 
@@ -330,22 +336,22 @@ def test_symbols_of_orbits_that_are_handed_over_are_those_of_integrations(
     assert all(scales == certainty.FIRST_SCALES for bits, scales in asked if bits < 160)
 
 
-@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("wrong", [FIRST, SECOND])
 def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
-    maps: Maps, exact: Crossings, monkeypatch: pytest.MonkeyPatch, which: int
+    maps: Maps, exact: Crossings, monkeypatch: pytest.MonkeyPatch, wrong: Design
 ) -> None:
     """It says so of all that it follows, from the start and from where it takes over."""
     late, crossings, onward = 1.0 / RATE, Maps.crossings, Maps.onward
 
     def from_start(self: Maps, bits: int, scales: Any, columns: Any) -> Crossings:
         found = crossings(self, bits, scales, columns)
-        if bits == self.map_bits[which]:
+        if wrong in self.by_bits.get(bits, ()) and bits > 53:
             found.time[-1] += late
         return found
 
-    def from_there(self: Maps, of: int, *given: Any, **more: Any) -> Any:
+    def from_there(self: Maps, of: Design, *given: Any, **more: Any) -> Any:
         beside, found = onward(self, of, *given, **more)
-        if of == which:
+        if of == wrong:
             last = np.abs(found.time - exact.time[-1, given[0]]) < 4
             assert last.sum() == last.shape[1]
             found.time[last] += late

@@ -139,15 +139,14 @@ def test_passages_that_take_long_ask_for_sharper_tables_and_what_does_not_settle
     # The first of 82 bits leaves out terms of tables as sharp as the second's.
     tables = second if pair == (82, 90) else first
     assert [x[:2] for x in asked[-2:]] == [(tables, FIRST), (second, SECOND)]
-    each = [x for x in ((first, FIRST), (second, SECOND)) if x[0] > 53]
-    assert maps.design_by_bits == dict(each)
-    if first <= second:
-        assert maps.design_of(first, certainty.SECOND_SCALES) == SECOND, "it has enough bits"
     # A first map as sharp as the second confirms it, and is then the last that was asked.
-    twice = pair == (82, 90)
-    assert [maps.most_computations(x) for x in pair if x > 53] == [1, 1 + twice][: len(each)]
-    assert (maps.beside is not None) == twice
-    assert [maps.twice, maps.last] == [twice, int(pair in {(64, 75), (64, 72), (53, 53)})]
+    every, deep = (FIRST, SECOND), pair == (82, 90)
+    seconds = (SECOND, FIRST) if deep else (SECOND,)
+    assert maps.by_bits == {first: (FIRST,), second: seconds} | {53: every}
+    most = {first: 1, second: len(seconds)} | {53: 2 if first > 53 else 3}
+    assert {rung.bits: rung.most for rung in maps.ladder} == most
+    # In doubles alone the second one is the last.
+    assert maps.last == (SECOND if pair in {(64, 75), (64, 72), (53, 53)} else FIRST)
 
 
 def test_three_maps_are_made_where_these_decide_all(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -167,11 +166,13 @@ def test_each_of_two_maps_as_sharp_makes_one_computation_in_the_most_bits(
     monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
     maps, every = mapped.Maps(run()), np.arange(8)
     assert [maps.design_of(90, scales) for scales in BOTH] == [SECOND, FIRST]
-    assert maps.designs[maps.last] == FIRST
+    assert maps.last == FIRST
     one, last = (maps.crossings(90, scales, every) for scales in BOTH)
     assert (one.time != last.time).any(axis=0).all()
-    assert maps.beside is not None
-    np.testing.assert_array_equal(maps.beside(every[::-2]).time, one.time[:, ::-2])
+    first, *further = maps.beyond
+    assert first.beside is not None
+    np.testing.assert_array_equal(first.beside(every[::-2]).time, one.time[:, ::-2])
+    assert not any(rung.beside for rung in further)
 
 
 @pytest.mark.parametrize(
@@ -190,18 +191,22 @@ def test_each_of_two_maps_as_sharp_makes_one_computation_in_the_most_bits(
 def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     precisions: tuple[int, ...], levels: list[int], single: set[int]
 ) -> None:
-    maps = mapped.Maps(run(precisions=precisions))
-    assert sorted(maps.design_by_bits) == levels
-    assert maps.ladder == tuple(sorted({*precisions, *levels}))
+    maps, every = mapped.Maps(run(precisions=precisions)), (*BOTH, certainty.THIRD_SCALES)
+    assert sorted(maps.by_bits) == [53, *levels]
     assert maps.most_bits == max(levels, default=53)
-    assert {bits for bits in levels if maps.most_computations(bits) == 1} == single
+    most = {rung.bits: rung.most for rung in maps.ladder}
+    assert list(most) == sorted({53, *levels, *(x for x in precisions if x < maps.most_bits)})
+    assert {bits for bits in levels if most[bits] == 1} == single
     # Where no map follows doubles integration makes a third computation in them.
-    assert [maps.most_computations(x) for x in (53, precisions[-1])] == [3 - bool(levels), 3]
-    for bits in (64, 75, 106):
-        assert maps.design_of(bits, certainty.FIRST_SCALES) == maps.design_by_bits.get(bits)
-        assert maps.design_of(bits, certainty.SECOND_SCALES) == (SECOND if bits == 64 else None)
-    every = *BOTH, certainty.THIRD_SCALES
-    assert [maps.design_of(53, scales) for scales in every] == [FIRST, SECOND, None]
+    assert most[53] == 3 - bool(levels)
+    assert most.get(precisions[-1], 3) == 3
+    # The least sharp of both maps serves what is asked for last.
+    last = FIRST, SECOND, None
+    for bits, alone in ((64, FIRST), (75, SECOND), (106, None)):
+        found = [maps.design_of(bits, scales) for scales in every]
+        expected = last if (64, bits) == (precisions[-1], 64) else (alone, None, None)
+        assert found == list(expected if bits in levels else (None,) * 3)
+    assert [maps.design_of(53, scales) for scales in every] == list(last)
 
 
 @pytest.mark.parametrize(
@@ -212,7 +217,10 @@ def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_that_they_c
 ) -> None:
     """Maps of 75 bits count for 83, too near to 88, those of 72 for 80, and doubles for doubles."""
     but(*unsettled)
-    assert mapped.Maps(run()).beyond == (*rungs, 106, 120, 131, 160)
+    beyond = mapped.Maps(run()).beyond
+    assert [rung.bits for rung in beyond] == [*rungs, 106, 120, 131, 160]
+    # One computation is made in each but the last.
+    assert [rung.most for rung in beyond] == [*[1] * (len(beyond) - 1), 3]
 
 
 @pytest.mark.parametrize(
@@ -262,55 +270,50 @@ def test_an_integration_must_agree_with_a_map_as_if_that_had_eight_more_bits(
     assert found.certain.all(axis=0).tolist() == [True, False] * (len(PHASES) // 2)
 
 
-@pytest.mark.parametrize(("rotations", "keeps"), [(20.0, 97), (19.9, 106)])
-def test_where_passages_are_very_deep_pairs_count_as_less_and_109_bits_follow(
-    monkeypatch: pytest.MonkeyPatch, rotations: float, keeps: int
-) -> None:
-    monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
-    maps = mapped.Maps(run())
-    assert maps.twice
-    assert [maps.counted(bits) for bits in (82, 90, 106)] == [82, 90, keeps]
-    assert maps.beyond == (106, *([109] if keeps == 97 else []), 120, 131, 160)
-    # Narrower tables hold more digits of d; pairs stay while they keep seven bits more than those.
-    monkeypatch.setattr(mapped, "narrower", lambda _: 1)
-    assert [maps.counted(bits) for bits in (53, 82, 90, 106)] == [54, 83, 91, keeps]
-    assert maps.beyond == (*([109] if keeps == 97 else []), 120, 131, 160)
-    monkeypatch.setattr(mapped, "narrower", lambda _: 0)
-    # The first map alone, as where bits near 90 are asked for.
-    maps.design_by_bits.pop(90)
-    assert [maps.counted(bits) for bits in (82, 106)] == [90, 106]
-    monkeypatch.setattr(mapped, "narrower", lambda _: 1)
-    assert [maps.counted(bits) for bits in (53, 82, 106)] == [54, 91, 106]
-
-
 @pytest.mark.parametrize(
-    ("rotations", "more", "counted", "beyond"),
+    ("rotations", "more", "precisions", "beyond"),
     [
-        (9.4, 0, [53, 72, 83, 106], (106, 120, 131, 160)),
-        (9.4, 14, [67, 86, 97, 106], (106, 120, 131, 160)),
-        # Pairs of doubles keep 97 bits: then they would be less sharp than what is known.
-        (9.4, 15, [68, 87, 98, 106], (109, 120, 131, 160)),
-        # Where both maps confirm pairs, these have to keep seven bits more than the maps count for.
-        (9.6, 5, [58, 87, 95, 106], (120, 131, 160)),
-        (20.0, 7, [60, 89, 97, 97], (109, 120, 131, 160)),
-        (20.0, 8, [61, 90, 98, 97], (109, 120, 131, 160)),
+        # Maps of 75 bits count for 83 beside an integration, and pairs of doubles for 97.
+        (9.4, 0, PRECISIONS, {106: 14, 120: 14, 131: 11, 160: 29}),
+        (9.4, 14, PRECISIONS, {106: 0, 120: 14, 131: 11, 160: 29}),
+        # Then pairs would be less sharp than what is known.
+        (9.4, 15, PRECISIONS, {109: 11, 120: 11, 131: 11, 160: 29}),
+        # Two maps of 90 bits count for 90. Where both confirm pairs, these have to keep seven bits
+        # more than the maps count for.
+        (9.6, 0, PRECISIONS, {106: 7, 120: 14, 131: 11, 160: 29}),
+        (9.6, 1, PRECISIONS, {120: 29, 131: 11, 160: 29}),
+        (9.6, 5, PRECISIONS, {120: 25, 131: 11, 160: 29}),
+        # Where passages are very deep pairs keep 97 bits beside what is sharper.
+        (19.9, 0, PRECISIONS, {106: 7, 120: 14, 131: 11, 160: 29}),
+        (20.0, 0, PRECISIONS, {106: 7, 109: 12, 120: 11, 131: 11, 160: 29}),
+        (20.0, 1, PRECISIONS, {109: 18, 120: 11, 131: 11, 160: 29}),
+        (20.0, 2, PRECISIONS, {109: 17, 120: 11, 131: 11, 160: 29}),
+        (20.0, 3, PRECISIONS, {109: 16, 120: 11, 131: 11, 160: 29}),
+        (20.0, 7, PRECISIONS, {109: 12, 120: 11, 131: 11, 160: 29}),
+        (20.0, 8, PRECISIONS, {109: 11, 120: 11, 131: 11, 160: 29}),
+        # The first map alone, where 90 bits are too near to what is asked for.
+        (20.0, 0, (53, 97, 160), {97: 7, 109: 12, 120: 11, 131: 11, 160: 29}),
+        (9.6, 2, (53, 97, 160), {97: 5, 109: 12, 120: 11, 131: 11, 160: 29}),
     ],
 )
-def test_a_map_of_a_narrower_layer_counts_for_as_many_bits_more(
+def test_integrations_are_sharper_than_maps_by_the_bits_for_which_both_count(
     rotations: float,
     more: int,
-    counted: list[int],
-    beyond: tuple[int, ...],
+    precisions: tuple[int, ...],
+    beyond: dict[int, int],
     but: Callable[..., Asked],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """A map of a narrower layer holds as many digits of d more."""
     but()
     monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
-    maps = mapped.Maps(run())
+    maps = mapped.Maps(run(precisions=precisions))
     monkeypatch.setattr(mapped, "narrower", lambda _: more)
-    found = [maps.counted(bits) for bits in (53, *maps.design_by_bits, 106)]
-    assert found == counted
-    assert maps.beyond == beyond
+    found = maps.beyond
+    assert {rung.bits: rung.more for rung in found} == beyond
+    # Both maps confirm what is less than 17 bits sharper.
+    twice = maps.most_bits == 90 and found[0].more < 17
+    assert [rung.beside is not None for rung in found] == [twice, *[False] * (len(found) - 1)]
 
 
 def test_all_maps_of_a_problem_are_those_of_its_layer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -338,6 +341,14 @@ def test_all_maps_of_a_problem_are_those_of_its_layer(monkeypatch: pytest.Monkey
     assert set(asked) == {(name, 2) for name in every}
 
 
+def test_the_first_map_alone_serves_what_is_asked_for_last_where_the_second_is_in_doubles(
+    but: Callable[..., Asked],
+) -> None:
+    but(75, 72)
+    maps = mapped.Maps(run(precisions=(53, 64)))
+    assert maps.by_bits == {64: (FIRST,), 53: (FIRST, SECOND)}
+
+
 @pytest.mark.parametrize(
     ("precisions", "served"),
     [
@@ -354,7 +365,12 @@ def test_maps_of_deep_passages_serve_that_are_eight_bits_from_what_is_asked_for(
 ) -> None:
     monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
     maps = mapped.Maps(run(precisions=precisions))
-    assert list(maps.design_by_bits) == served
+    assert sorted(maps.by_bits) == [53, *served]
+    # Integration makes two computations in what is asked for between, or three in the last.
+    most = {rung.bits: rung.most for rung in maps.ladder}
+    assert most.get(80, 2) == 2
+    assert most.get(precisions[-1], 3) == 3
+    assert bool(maps.beyond) == (precisions[-1] > maps.most_bits)
 
 
 @pytest.mark.parametrize(("precisions", "most"), [(PRECISIONS, [1, 1]), ((53, 64), [1, 3])])
@@ -364,7 +380,7 @@ def test_a_second_map_in_doubles_computes_nothing_where_it_would_decide_few(
     asked = but()
     monkeypatch.setattr(costs, "doubles_decide", lambda _: False)
     maps = mapped.Maps(run(task_orbits=mapped.THIRDS, precisions=precisions))
-    assert [maps.most_computations(x) for x in (53, 64)] == most
+    assert [rung.most for rung in maps.ladder[:2]] == most
     assert all(x[1] != THIRD for x in asked), "nor does a third one"
 
 
@@ -376,8 +392,10 @@ def test_maps_in_doubles_decide_alone_where_nothing_follows(
     monkeypatch.setattr(costs, "doubles_decide", lambda _: False)
     for orbits, served in ((mapped.THIRDS - 1, False), (mapped.THIRDS, True)):
         maps = mapped.Maps(run(task_orbits=orbits, precisions=(53,)))
-        assert maps.most_computations(53) == 3
+        assert [rung.most for rung in maps.ladder] == [3]
         assert maps.design_of(53, certainty.THIRD_SCALES) == (THIRD if served else None)
+        # With it or without, what is known counts as the second one's.
+        assert maps.last == SECOND
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
     given = run().problem, mapped.THIRDS, math.inf
     assert mapped.expected_tables(*given) < mapped.expected_tables(*given, (53,))
@@ -387,9 +405,11 @@ def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
     but: Callable[..., Asked], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked, counts = but(), (mapped.THIRDS - 1, mapped.THIRDS)
-    assert [mapped.Maps(run(task_orbits=n)).most_computations(53) for n in counts] == [2, 3]
-    # Its bits are those of the first.
+    assert [mapped.Maps(run(task_orbits=n)).ladder[0].most for n in counts] == [2, 3]
+    # Its bits are those of the first's computation.
     assert [x[:2] for x in asked if x[1] == THIRD] == [(64, THIRD)]
+    deep = mapped.tasks_of([FIRST, SECOND, THIRD], (82, 90))
+    assert deep == [(90, FIRST), (90, SECOND), (82, THIRD)]
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
     tables = [mapped.expected_tables(run().problem, n, math.inf) for n in counts]
     assert tables == [64 + 75, 64 + 75 + 64]
@@ -496,6 +516,10 @@ def test_a_map_leaves_out_as_much_as_the_other_errs(monkeypatch: pytest.MonkeyPa
     for bits in (64, 75):
         maps.crossings(bits, certainty.FIRST_SCALES, np.arange(1))
     assert allowed == {53: 0.0, 64: 2.0 ** (GAP_BITS - 60) / 12, 75: 0.0}
+    # The other does not, in as few bits.
+    maps = mapped.Maps(run(precisions=(53, 64)))
+    maps.crossings(64, certainty.SECOND_SCALES, np.arange(1))
+    assert allowed[64] == 0.0
 
 
 def test_none_is_made_where_kept_ones_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -32,34 +32,6 @@ def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, 
     return Run(problem, Phases(np.linspace(0, 6.2, n)), resolve(engine, None, precisions), jobs=2)
 
 
-@pytest.mark.parametrize(
-    ("precisions", "known", "expected"),
-    [
-        ((53, 106, 160), 53, (64, 76, 88, 106, 120, 131, 160)),
-        ((53, 106, 160), 75, (88, 106, 120, 131, 160)),
-        ((53, 106, 160), 88, (106, 120, 131, 160)),
-        ((53, 113), 53, (64, 76, 88, 113)),
-        # At least eight bits from all that are asked for or known.
-        ((53, 72), 53, (64, 72)),
-        ((53, 71), 53, (71,)),
-        ((53, 106), 68, (76, 88, 106)),
-        ((53, 106), 69, (88, 106)),
-        ((53, 64), 53, (64,)),
-        ((53,), 53, ()),
-        ((106, 160), 106, (120, 131, 160)),
-        ((53, 101, 160), 101, (109, 120, 131, 160)),
-    ],
-)
-def test_rungs_stand_between_precisions_and_far_from_all(
-    precisions: tuple[int, ...], known: int, expected: tuple[int, ...]
-) -> None:
-    assert run(*precisions).beyond(known) == expected
-
-
-def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
-    assert run(53, 106, 160, engine="scipy").beyond(53) == (106, 160)
-
-
 @pytest.mark.parametrize("bits", [53, 88, 106])
 def test_computations_that_confirm_have_series_of_another_order(bits: int) -> None:
     """Those of one order would err alike."""
@@ -160,9 +132,9 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
 def test_threads_share_orbits_in_pieces(
     orbits: int, bits: int, columns: int, pieces: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(certainty, "decide", decide := Mock())
+    monkeypatch.setattr(certainty, "climbed", climbed := Mock())
     run(bits, n=orbits).by_integration()
-    size, jobs = decide.call_args.args[4](columns, bits)
+    size, jobs = climbed.call_args.args[4](columns, bits)
     assert [min(size, columns - k) for k in range(0, columns, size)] == pieces
     assert jobs == (1 if bits == 500 else 2)
 
@@ -182,11 +154,11 @@ def test_a_piece_has_one_thread_and_integers_or_few_orbits_have_all(
 ) -> None:
     """Of a single piece two computations are made abreast."""
     asked = list[int]()
-    monkeypatch.setattr(certainty, "decide", decide := Mock())
+    monkeypatch.setattr(certainty, "climbed", climbed := Mock())
     monkeypatch.setattr("rigidpend.routes.run.abreast", lambda _: lambda *given: None)
     monkeypatch.setattr(Run, "crossings", lambda self, *given: asked.append(self.jobs))
     run(bits, n=orbits).by_integration()
-    decide.call_args.args[0](bits, FIRST_SCALES, np.arange(orbits))
+    climbed.call_args.args[0](bits, FIRST_SCALES, np.arange(orbits))
     assert asked == ([jobs] if jobs else [])
 
 

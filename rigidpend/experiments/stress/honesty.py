@@ -206,7 +206,7 @@ def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
     class Spoilt(mapped.Maps):
         def map_of(self, bits: int, design: Design) -> ReturnMap:
             right = super().map_of(bits, design)
-            if design != FIRST and not every:
+            if design.unit != FIRST.unit and not every:
                 return right
             return spoilt(right, size, int(1000 * float(design.unit)))
 

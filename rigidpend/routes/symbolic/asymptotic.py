@@ -45,7 +45,6 @@ from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,
     check_split,
-    displaced,
     on_surface,
     signs_of,
 )
@@ -121,7 +120,7 @@ def skeleton(level: ChainLevel, symbols: int, half_turns: int) -> list[tuple[Tra
     on which they were sought. NoOrbit is raised where the surfaces do not cross, where they cross
     at such small angles that doubles do not place their orbits, or where an arc leaves the tables.
     """
-    check_split(level, level.displaced(53), level.splitting)
+    check_split(level, level.splitting)
     b = np.linspace(0, 2 * np.pi, AROUND + 1)
     U = track(level, b, 0).U
     at = np.flatnonzero(np.signbit(U[:-1]) != np.signbit(U[1:]))
@@ -306,8 +305,7 @@ def doubly_asymptotic(level: ChainLevel, rough: Track) -> DoublyAsymptotic:
     off = (chain.chi - rough.chi, chain.parameter - rough.b)
     moved = max(float(np.abs(x).max(initial=0.0)) for x in off)
     if moved > MOVED:
-        split = level.narrowest(system.signs)
-        check_split(level, displaced(level, chain.unknowns, split), split)
+        check_split(level, level.narrowest(system.signs), chain.unknowns)
         raise NoOrbit(
             f"an orbit with {counted(n, 'symbol')} is found elsewhere, by {moved:.2g}: allow fewer"
             " half rotations of its passages, or fewer symbols"

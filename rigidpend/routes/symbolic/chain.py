@@ -319,11 +319,11 @@ class System(NamedTuple):
                     raise NoOrbit(f"{needed}, where the tables of the return map end")
                 return made
             before = size
-        check_split(self.level, displaced(self.level, x, split), split)
+        check_split(self.level, split, x)
         raise NoOrbit("Newton's method does not converge")
 
 
-def displaced(level: ChainLevel, x: Array, split: float) -> float:
+def displaced(level: ChainLevel, x: Any, split: float) -> float:
     """Largest displacement of crossings by roundings of the tables and of the angles `x`, radians.
 
     `split` is the least splitting, as |I|, of the surfaces where the orbits change sides.
@@ -331,8 +331,9 @@ def displaced(level: ChainLevel, x: Array, split: float) -> float:
     return level.displaced(53, split) * (1 + float(np.abs(x).max()) / ANGLES)
 
 
-def check_split(level: ChainLevel, moved: float, split: float, allowed: float = MOVED) -> None:
-    """Raise NoOrbit where roundings displace orbits by `moved`, more than `allowed`, radians."""
+def check_split(level: ChainLevel, split: float, x: Any = 0.0, allowed: float = MOVED) -> None:
+    """Raise NoOrbit where roundings displace orbits by more than `allowed`: see `displaced`."""
+    moved = displaced(level, x, split)
     if moved > allowed:
         body, other, where = "nearly symmetric", "a less symmetric body", f"{level.splitting:.1g}"
         # `moved` is inversely proportional to `split`. If the splitting of upward crossings is

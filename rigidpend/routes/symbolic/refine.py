@@ -29,7 +29,6 @@ from rigidpend.routes.symbolic.chain import (
     carried,
     check_split,
     check_told,
-    displaced,
     tangents,
 )
 from rigidpend.routes.symbolic.legs import BELOW, DIGIT, GUARD, Legs, Slopes
@@ -185,8 +184,7 @@ def _correct(legs: Legs, chain: Chain, digits: _Digits) -> float:
 
 def _check_placed(chain: Chain) -> None:
     """Raise NoOrbit, with the reason, where doubles place crossings too far off to begin with."""
-    level, split = chain.level, chain.split
-    check_split(level, displaced(level, chain.unknowns, split), split, 10.0**-LEAST_DIGITS)
+    check_split(chain.level, chain.split, chain.unknowns, 10.0**-LEAST_DIGITS)
     check_told(chain)
 
 

@@ -181,7 +181,7 @@ def alike(
     split, reason = level.narrowest(signs), None
     if len(signs) > 1:
         # No length of the passages helps where roundings displace the crossings.
-        check_split(level, level.displaced(53, split), split)
+        check_split(level, split)
     # Of a chain with given passages, perhaps only these end where surfaces are split least.
     least = max(1, level.fewest_half_turns(level.splitting if some_given else split))
     most = max(1, level.fewest_half_turns(split)) + MORE_HALF_TURNS - 1

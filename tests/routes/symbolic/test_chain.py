@@ -17,6 +17,7 @@ from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,
     check_split,
+    displaced,
     on_surface,
     passages,
     signs_of,
@@ -70,10 +71,14 @@ def test_changes_of_sides_tell_what_splitting_counts(code: list[int], downward: 
     ("by_upward", "body"), [(0.99, "at the Hess case or near it"), (1.01, "nearly symmetric")]
 )
 def test_a_body_that_is_symmetric_is_told_from_Hess(by_upward: float, body: str) -> None:
-    here, times = level(), 4
+    here, times, angle = level(), 4, 3.0
+    split = here.splitting / times
+    moved = displaced(here, angle, split)
     with pytest.raises(NoOrbit, match=f"the body is {body}: "):
-        check_split(here, times * by_upward * MOVED, here.splitting / times)
-    check_split(here, 0.99 * MOVED, here.splitting / times)
+        check_split(here, split, angle, moved / (times * by_upward))
+    check_split(here, split, angle, 1.01 * moved)
+    with pytest.raises(NoOrbit):
+        check_split(here, split, 1.1 * angle, 1.01 * moved)
 
 
 @pytest.mark.parametrize(
@@ -197,10 +202,25 @@ def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> No
     flat.splitting = flat.downward_splitting = 30 * math.ldexp(flat.widest_d, -53) / MOVED * 0.99
     with pytest.raises(NoOrbit, match="nearly symmetric"):
         alike(flat, signs_of([0, 1]), each)
+    hess: Any = copy.copy(level())
+    hess.downward_splitting = flat.splitting
+    with pytest.raises(NoOrbit, match="at the Hess case"):
+        alike(hess, signs_of([0, 0]), each)
     assert not tried
     with pytest.raises(NoOrbit, match="too short"):
         alike(flat, signs_of([0]), each)
     assert len(tried) == MORE_HALF_TURNS
+
+
+def test_newtons_method_fails_for_the_crossings_where_surfaces_are_split_least() -> None:
+    """Those between two passages that change sides, here downward ones."""
+    hess: Any = copy.copy(level())
+    hess.downward_splitting = math.ldexp(hess.widest_d, -53)
+    for here, reason in ((level(), "does not converge"), (hess, "at the Hess case or near it")):
+        for symbols, told in (([0, 0], reason), ([0, 1], "does not converge")):
+            one = System(here, on_surface, signs_of(symbols), 2 * math.pi)
+            with pytest.raises(NoOrbit, match=told):
+                one.solved(one.guess(math.pi * np.arange(3.0), 0.0))
 
 
 def test_a_passage_whose_invariant_is_below_all_doubles_is_refused_without_a_warning() -> None:
