@@ -39,7 +39,7 @@ from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.orbits import M_UNITS, joined, put
 from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.routes.ladder import COARSE_BITS, Columns, Rung, Third, rungs
+from rigidpend.routes.ladder import COARSE_BITS, Columns, Rung, Third
 from rigidpend.routes.start import Scales
 
 SCALES = FIRST_SCALES, SECOND_SCALES, THIRD_SCALES = tuple(
@@ -142,12 +142,7 @@ def undivided(n: int, _: int) -> tuple[int, int]:
     return max(1, n), 1
 
 
-def decide(compute: Compute, n: int, rate: float, precisions: Iterable[int]) -> Decided:
-    """Decide `n` columns by up to three integrations in each of the precisions: :func:`climbed`."""
-    return climbed(compute, n, rate, rungs(precisions))
-
-
-def climbed(
+def decide(
     compute: Compute, n: int, rate: float, ladder: Sequence[Rung], division: Division = undivided
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again on higher rungs.
@@ -209,7 +204,7 @@ def climb(
 ) -> None:
     """Decide the open columns on further rungs; `found` is changed in place.
 
-    The arguments are those of :func:`climbed`.
+    The arguments are those of :func:`decide`.
     """
     for rung in ladder:
         left = open_columns(found)

@@ -16,7 +16,7 @@ from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Compute, Decided
-from rigidpend.routes.ladder import Columns
+from rigidpend.routes.ladder import Columns, rungs
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run, abreast
 from rigidpend.routes.start import Scales
@@ -145,7 +145,7 @@ def _counted(run: Run) -> tuple[int, bool, bool]:
 
 
 def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
-    """Decide orbits as `certainty.climbed` does, with maps in the place of integrations.
+    """Decide orbits as `certainty.decide` does, with maps in the place of integrations.
 
     Orbits that maps leave open are integrated if the precisions go beyond the maps', and compared
     with the last result of the maps. A sample is integrated too and must not contradict the maps;
@@ -164,7 +164,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
 
     # The pieces follow one another, for the threads share the orbits within each.
     pieces = max(1, PIECE // (run.problem.n_symbols + 1)), 1
-    known = certainty.climbed(compute, n, rate, maps.ladder, lambda *_: pieces)
+    known = certainty.decide(compute, n, rate, maps.ladder, lambda *_: pieces)
     open_ = certainty.open_columns(known)
     if open_.size and maps.beyond:
         # A plane is computed in parts, and each would repeat the warning.
@@ -250,7 +250,7 @@ def contradicted(
         lambda bits, scales, columns: integrated(bits, scales, sample[columns]),
         sample.size,
         rate,
-        precisions,
+        rungs(precisions),
     )
     # `known` has rows of all columns, `again` of the sample alone.
     both = again.certain & known.certain[:, sample]

@@ -29,6 +29,7 @@ from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, routes_of
+from rigidpend.routes.ladder import rungs
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import Run, tolerance_of
@@ -78,7 +79,7 @@ class Neighbourhood:
             lambda bits, scales, columns: self.crossings(bits, scales, taken.exactly(columns)),
             len(taken),
             phase_rate(self.problem),
-            self.arithmetic.precisions,
+            rungs(self.arithmetic.precisions),
         )
         return routes_of(taken, known)
 

@@ -151,7 +151,7 @@ class Run:
 
         engine, _, (least, *further) = self.arithmetic
         ladder = Rung(least), *integrations(engine, further, least)
-        return certainty.climbed(compute, n, self.rate, ladder, division)
+        return certainty.decide(compute, n, self.rate, ladder, division)
 
 
 def abreast(run: Run) -> Compute:

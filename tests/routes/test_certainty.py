@@ -14,7 +14,6 @@ from rigidpend.routes.certainty import (
     THIRD_SCALES,
     agreement,
     climb,
-    climbed,
     decide,
     undivided,
 )
@@ -109,7 +108,7 @@ def test_an_orbit_that_two_computations_see_stay_is_computed_no_more(
                 asked.append(bits)
                 return next(coming)
 
-            found = climbed(compute, 1, RATE, ladder({53: most, 64: most, 106: most}))
+            found = decide(compute, 1, RATE, ladder({53: most, 64: most, 106: most}))
             assert asked[:2] == [53, 64 if most == 1 else 53]
             assert (len(asked) > 2) is again
             assert again or found.certain[:, 0].tolist() == [True, False, False]
@@ -166,7 +165,7 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
     second, third, symbols = zip(*table, strict=True)
     late = [np.column_stack([np.broadcast_to(x, 4) for x in each]) for each in (second, third)]
     noted = Noted(first_53=0 * late[0], second_53=late[0], third_53=late[1])
-    found = decide(noted, len(table), 1.0, (53,))
+    found = decide(noted, len(table), 1.0, rungs((53,)))
     np.testing.assert_array_equal(found.certain, np.arange(3)[:, None] < symbols)
     asked = [k for k, by in enumerate(third) if by != UNASKED]
     assert noted.asked[2:] == [(53, THIRD_SCALES, asked)]
@@ -194,7 +193,7 @@ def test_closer_precisions_must_agree_better(precisions: tuple[int, ...], limit:
     late = {last: np.array([0.99, 1.01]) * limit + len(between)}
     late |= {key: np.ones(2) for key in between}
     noted = Noted(first_53=np.ones(2), second_53=np.zeros(2), **late)
-    found = climbed(noted, 2, 1.0, ladder({bits: 1 + (bits == 53) for bits in precisions}))
+    found = decide(noted, 2, 1.0, ladder({bits: 1 + (bits == 53) for bits in precisions}))
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
@@ -210,7 +209,7 @@ def test_a_less_sharp_computation_is_a_third_one_from_seven_bits_on(
     less, apart = np.array(table).T
     late = {f"second_{bits}": np.zeros(3), f"first_{bits}": -apart}
     noted = Noted(second_53=less - apart, **late)
-    found = climbed(noted, 3, 1.0, ladder({53: 1, bits: 2}))
+    found = decide(noted, 3, 1.0, ladder({53: 1, bits: 2}))
     assert found.certain.all(axis=0).tolist() == [serves, False, False]
 
 
@@ -222,7 +221,7 @@ def test_what_is_beside_the_last_computation_must_confirm_a_further_one_too(most
     late = {"second_90": last, "first_106": np.zeros(6)}
     late |= {name: np.full(6, 0.5 * SHARPER) for name in ("second_106", "first_160")}
     noted = Noted(third_53=other, **late)
-    found = climbed(noted, 6, 1.0, [Rung(90, most=1)])
+    found = decide(noted, 6, 1.0, [Rung(90, most=1)])
     asked: list[int] = []
 
     def beside(columns: Any) -> Crossings:
@@ -253,7 +252,7 @@ def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradi
     late = {f"second_{known}": 0 * last, f"first_{known}": last, "third_160": 5 * last}
     late |= {"first_106": first + 2 * last, "second_106": second + 3 * last}
     noted = Noted(**late)
-    found = climbed(noted, 4, 1.0, [Rung(known, most=2)])
+    found = decide(noted, 4, 1.0, [Rung(known, most=2)])
     assert found.certain.sum(axis=0).tolist() == [2, 2, 2, 2]
 
     def beside(columns: Any) -> Crossings:
@@ -267,10 +266,10 @@ def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradi
 def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:
     """That of doubles is in other scales than the one that it is compared with."""
     noted = Noted(second_53=[0, 0], first_64=[0.99e-2, 1.01e-2], first_106=[1, 1.01e-2])
-    found = climbed(noted, 2, 1.0, ladder({53: 1, 64: 1, 106: 1}))
+    found = decide(noted, 2, 1.0, ladder({53: 1, 64: 1, 106: 1}))
     assert found.certain.all(axis=0).tolist() == [True, True]
     assert found.bits.tolist() == [64, 106]
-    assert not climbed(noted, 2, 1.0, [Rung(53, most=1)]).certain.any()
+    assert not decide(noted, 2, 1.0, [Rung(53, most=1)]).certain.any()
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])
@@ -284,7 +283,7 @@ def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
         third_106=[5, 0, 1, 1, 7],
     )
     division = Mock(side_effect=undivided)
-    found = climbed(noted, 5, 1.0, ladder({53: 2, 106: most}), division)
+    found = decide(noted, 5, 1.0, ladder({53: 2, 106: most}), division)
     assert [given.args for given in division.call_args_list] == [(5, 53), (4, 106)]
     assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3)), False]
     assert found.bits.tolist() == [53, *[106] * 4]
@@ -298,5 +297,5 @@ def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
 
 def test_nothing_is_computed_where_two_doubles_establish_all() -> None:
     noted = Noted(first_53=[0, 0], second_53=[0, 0])
-    assert decide(noted, 2, 1.0, (53, 64, 113)).bits.tolist() == [53, 53]
+    assert decide(noted, 2, 1.0, rungs((53, 64, 113))).bits.tolist() == [53, 53]
     assert len(noted.asked) == 2

@@ -257,7 +257,7 @@ def test_what_maps_leave_open_climbs_beyond_them(
     """An orbit that stays counts no more, and regular motions are not handed over to maps."""
     nothing = np.zeros((3, 2), dtype=bool), np.full(2, 53, dtype=np.uint16), np.zeros(2, dtype=bool)
     known = certainty.Decided(whole(53, Scales(), range(2)), *nothing)
-    monkeypatch.setattr(certainty, "climbed", climbed := Mock(return_value=known))
+    monkeypatch.setattr(certainty, "decide", decided := Mock(return_value=known))
     monkeypatch.setattr(certainty, "climb", climb := Mock())
     monkeypatch.setattr(handover, "handed_over", handed := Mock())
     monkeypatch.setattr(costs, "warned", warned := Mock())
@@ -272,7 +272,7 @@ def test_what_maps_leave_open_climbs_beyond_them(
     choice.by_maps(Mock(run=run, most_bits=53, beyond=[]), sampled=False)
     assert [climb.call_count, warned.call_count] == [1, 1]
     # The memory that maps take is bounded.
-    *_, division = climbed.call_args.args
+    *_, division = decided.call_args.args
     assert division(2, 53) == (choice.PIECE // (PROBLEM.n_symbols + 1), 1)
     _, each = costs.beyond_maps(PROBLEM, precisions)
     assert warned.call_args.args[:4] == (PROBLEM, 1, 2, each)

@@ -40,7 +40,7 @@ def maps() -> Maps:
 @pytest.fixture(scope="module")
 def known(maps: Maps) -> Decided:
     compute, _ = choice.with_maps(maps, maps.run.crossings, ())
-    return certainty.climbed(compute, len(PHASES), maps.run.rate, maps.ladder)
+    return certainty.decide(compute, len(PHASES), maps.run.rate, maps.ladder)
 
 
 @pytest.fixture(scope="module")

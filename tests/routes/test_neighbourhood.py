@@ -16,6 +16,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.routes import certainty, neighbourhood
 from rigidpend.routes.codes import codes_of
+from rigidpend.routes.ladder import rungs
 from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, bisect, narrowed
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import Run, tolerance_of
@@ -199,4 +200,4 @@ def test_orbits_side_by_side_agree_by_the_rate_of_their_phase(
     around = Neighbourhood(problem(), exact("4.7"), FINEST, resolve(precisions=(53, 106)))
     with pytest.raises(InterruptedError):
         around.routes([exact("4.7"), exact("4.8")])
-    assert decide.call_args.args[1:] == (2, phase_rate(around.problem), (53, 106))
+    assert decide.call_args.args[1:] == (2, phase_rate(around.problem), rungs((53, 106)))

@@ -132,9 +132,9 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
 def test_threads_share_orbits_in_pieces(
     orbits: int, bits: int, columns: int, pieces: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(certainty, "climbed", climbed := Mock())
+    monkeypatch.setattr(certainty, "decide", decided := Mock())
     run(bits, n=orbits).by_integration()
-    size, jobs = climbed.call_args.args[4](columns, bits)
+    size, jobs = decided.call_args.args[4](columns, bits)
     assert [min(size, columns - k) for k in range(0, columns, size)] == pieces
     assert jobs == (1 if bits == 500 else 2)
 
@@ -154,11 +154,11 @@ def test_a_piece_has_one_thread_and_integers_or_few_orbits_have_all(
 ) -> None:
     """Of a single piece two computations are made abreast."""
     asked = list[int]()
-    monkeypatch.setattr(certainty, "climbed", climbed := Mock())
+    monkeypatch.setattr(certainty, "decide", decided := Mock())
     monkeypatch.setattr("rigidpend.routes.run.abreast", lambda _: lambda *given: None)
     monkeypatch.setattr(Run, "crossings", lambda self, *given: asked.append(self.jobs))
     run(bits, n=orbits).by_integration()
-    climbed.call_args.args[0](bits, FIRST_SCALES, np.arange(orbits))
+    decided.call_args.args[0](bits, FIRST_SCALES, np.arange(orbits))
     assert asked == ([jobs] if jobs else [])
 
 
