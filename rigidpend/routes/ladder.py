@@ -15,7 +15,7 @@ bits integration  maps of 64 and 75 bits maps of 82 and 90 bits
 88   one
 90                                       second map, first map
 106  up to three  one                    one
-109                                      one, where very deep
+109                                      one, without 106
 120  one          one                    one
 131  one          one                    one
 160  up to three  up to three            up to three
@@ -150,9 +150,8 @@ def integrations(
 
     All count for as many bits as what is `known`, and `apart` more; `in_pairs` is as in `rungs`.
     """
-    # An integration that is less sharp than what is known would settle nothing.
-    asked = [x for x in asked if kept_bits(x) >= known]
+    # What is asked for and less sharp would settle nothing, and keeps no rung away.
+    asked = [x for x in asked if kept_bits(x) >= known + apart]
     others = known, *(kept_bits(x, in_pairs) for x in asked)
     single = [x for x in RUNGS if in_kernel(engine, x) and fits(x, others)]
-    further = [x for x in sorted((*asked, *single)) if kept_bits(x) >= known + apart]
-    return rungs(further, known, in_pairs, dict.fromkeys(single, 1))
+    return rungs(sorted((*asked, *single)), known, in_pairs, dict.fromkeys(single, 1))
