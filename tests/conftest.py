@@ -1,8 +1,13 @@
 """What is imported once for all tests is looked through for garbage once, and garbage seldom."""
 
 import gc
+import os
 
 import pytest
+
+# Linear algebra has a thread for each core: beside other workers, and in matrices as small as
+# here, these spend their time in waiting for each other. Read where NumPy is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @pytest.hookimpl(trylast=True)

@@ -7,6 +7,7 @@ another, a mark, a colour or a word of something else, what is left out: all of 
 import io
 import itertools
 from collections.abc import Callable, Iterator
+from functools import partialmethod
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -38,6 +39,7 @@ def stored() -> Iterator[tuple[str, Path]]:
 
 
 STORED = dict(stored())
+UNPACKED = {"compress_level": 0}
 SHADES, TICK = 8, 30
 """By how many shades of 256 roundings may move a pixel; pixels of a tick, which may fall on the
 other side of one."""
@@ -70,6 +72,8 @@ def drawn(request: pytest.FixtureRequest) -> Drawn:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drawing, "draw", kept)
+        # An image that is read once need not be small.
+        patch.setattr(Figure, "savefig", partialmethod(Figure.savefig, pil_kwargs=UNPACKED))
         image = render.image(store.load(STORED[request.param]), "png")
     return Drawn(STORED[request.param].stem, made[0], image)
 
