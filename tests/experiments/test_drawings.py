@@ -16,7 +16,6 @@ import h5py
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
 from PIL import Image, ImageChops
 
@@ -26,7 +25,6 @@ from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 from tests.experiments.pages import laid_out, overlap, styled
 from tests.experiments.trees import asked, computed
-from tests.remembered import remembered
 
 RESULTS = REFERENCE.parent
 
@@ -51,14 +49,6 @@ class Drawn(NamedTuple):
     name: str
     figure: Figure
     image: bytes
-
-
-@pytest.fixture(scope="module", autouse=True)
-def once() -> Iterator[None]:
-    """A formula is set once for all figures: matplotlib forgets it with each canvas."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(MathTextParser, "parse", remembered(MathTextParser.parse))
-        yield
 
 
 @pytest.fixture(scope="module", params=STORED)
