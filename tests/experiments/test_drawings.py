@@ -24,7 +24,7 @@ from rigidpend.experiments import plots
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 from tests.experiments.pages import laid_out, overlap, styled
-from tests.experiments.trees import asked, computed
+from tests.experiments.trees import asked, computed, reference
 
 RESULTS = REFERENCE.parent
 
@@ -132,7 +132,7 @@ def test_words_are_on_the_page_and_none_is_upon_another(drawn: Drawn) -> None:
 
 def drawn_with(experiment: str, change: Callable[[Any], None]) -> Figure:
     """The figure of a stored result with other data."""
-    result = store.load(STORED[experiment])
+    result = reference(STORED[experiment].stem)
     change(result["data"])
     figure = styled(result)
     figure.text(0, 0, "foot")
@@ -259,7 +259,7 @@ def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_r
     said = {axes.get_xlabel() for axes in figure.axes} - {""}
     assert said == {"$\\theta_1 - \\alpha_0 - \\beta_0$\n$\\Delta_1 = 7.98\\cdot 10^{-6}$ rad"}
     assert not overlap(boxes_of(figure))
-    result = store.load(STORED["asymptotic_surfaces"])
+    result = reference(STORED["asymptotic_surfaces"].stem)
     change(result["data"])
     [table] = experiments.tables(result)
     assert {row[-1] for row in table.rows} == {"7.98e-06"}
