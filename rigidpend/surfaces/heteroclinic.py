@@ -8,9 +8,10 @@ heteroclinic, and these are two of them.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,10 +116,15 @@ def beginning(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> FoundStar
     """
     rate = float(s.p.nu) / math.pi
     near = max(NEAR, ROUNDED * float(s.p.nu) ** 1.5) / rate
-    for ends in _brackets(s, g, rate, arithmetic):
+
+    # The search begins with both ends of a bracket, and ends where it has been.
+    @functools.cache
+    def met(more: float) -> FoundStart:
+        return _met(s, g, more, arithmetic)
+
+    for ends in _brackets(s, g, rate, met):
         try:
-            more = brentq(lambda more: _met(s, g, more, arithmetic).off, *ends, xtol=near)
-            found = _met(s, g, more, arithmetic)
+            found = met(brentq(lambda more: met(more).off, *ends, xtol=near))
         except Missed:
             continue
         if abs(found.off) < LARGEST_OFF:
@@ -139,7 +145,7 @@ def _met(s: UnstableSurface, g: float, more: float, arithmetic: Arithmetic) -> F
 
 
 def _brackets(
-    s: UnstableSurface, g: float, rate: float, arithmetic: Arithmetic
+    s: UnstableSurface, g: float, rate: float, met: Callable[[float], FoundStart]
 ) -> Iterator[tuple[float, float]]:
     """Depths beyond `DEPTH`, in pairs: g is below its goal at the first, above it at the second.
 
@@ -150,7 +156,7 @@ def _brackets(
 
     def off(more: float) -> float:
         try:
-            return _met(s, g, more, arithmetic).off
+            return met(more).off
         except Missed:
             return math.nan
 
@@ -165,7 +171,7 @@ def _brackets(
     orbit = periodic_orbit(Angles(*map(float, s.p)), float(s.h0))
     # In a period J1 grows by the square of the multiplier: the orbits repeat.
     depths = first + 2 * orbit.exponent_per_period * np.linspace(0, 1, PARTS + 1)
-    for below, above in itertools.pairwise([(x, off(x)) for x in depths.tolist()]):
+    for below, above in itertools.pairwise((x, off(x)) for x in depths.tolist()):
         if below[1] <= 0 <= above[1]:
             yield below[0], above[0]
 

@@ -7,6 +7,7 @@ another, a mark, a colour or a word of something else, what is left out: all of 
 import io
 import itertools
 from collections.abc import Callable, Iterator
+from functools import partialmethod
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +16,6 @@ import h5py
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
 from PIL import Image, ImageChops
 
@@ -24,8 +24,7 @@ from rigidpend.experiments import plots
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 from tests.experiments.pages import laid_out, overlap, styled
-from tests.experiments.trees import asked, computed
-from tests.remembered import remembered
+from tests.experiments.trees import asked, computed, reference
 
 RESULTS = REFERENCE.parent
 
@@ -38,6 +37,7 @@ def stored() -> Iterator[tuple[str, Path]]:
 
 
 STORED = dict(stored())
+UNPACKED = {"compress_level": 0}
 SHADES, TICK = 8, 30
 """By how many shades of 256 roundings may move a pixel; pixels of a tick, which may fall on the
 other side of one."""
@@ -51,14 +51,6 @@ class Drawn(NamedTuple):
     image: bytes
 
 
-@pytest.fixture(scope="module", autouse=True)
-def once() -> Iterator[None]:
-    """A formula is set once for all figures: matplotlib forgets it with each canvas."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(MathTextParser, "parse", remembered(MathTextParser.parse))
-        yield
-
-
 @pytest.fixture(scope="module", params=STORED)
 def drawn(request: pytest.FixtureRequest) -> Drawn:
     """Each stored result, drawn once for all tests."""
@@ -70,6 +62,8 @@ def drawn(request: pytest.FixtureRequest) -> Drawn:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drawing, "draw", kept)
+        # An image that is read once need not be small.
+        patch.setattr(Figure, "savefig", partialmethod(Figure.savefig, pil_kwargs=UNPACKED))
         image = render.image(store.load(STORED[request.param]), "png")
     return Drawn(STORED[request.param].stem, made[0], image)
 
@@ -138,7 +132,7 @@ def test_words_are_on_the_page_and_none_is_upon_another(drawn: Drawn) -> None:
 
 def drawn_with(experiment: str, change: Callable[[Any], None]) -> Figure:
     """The figure of a stored result with other data."""
-    result = store.load(STORED[experiment])
+    result = reference(STORED[experiment].stem)
     change(result["data"])
     figure = styled(result)
     figure.text(0, 0, "foot")
@@ -265,7 +259,7 @@ def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_r
     said = {axes.get_xlabel() for axes in figure.axes} - {""}
     assert said == {"$\\theta_1 - \\alpha_0 - \\beta_0$\n$\\Delta_1 = 7.98\\cdot 10^{-6}$ rad"}
     assert not overlap(boxes_of(figure))
-    result = store.load(STORED["asymptotic_surfaces"])
+    result = reference(STORED["asymptotic_surfaces"].stem)
     change(result["data"])
     [table] = experiments.tables(result)
     assert {row[-1] for row in table.rows} == {"7.98e-06"}

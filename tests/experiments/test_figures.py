@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Loaded
-from rigidpend.results import store
-from tests.cli.calls import REFERENCE
 from tests.experiments.pages import laid_out, overlap, styled
 from tests.experiments.trees import reference
 
@@ -260,7 +258,7 @@ CHANGES: list[tuple[str, Callable[[Any], object], int]] = [
 def test_any_number_of_parts_has_its_panels_on_the_page_and_none_upon_another(
     name: str, change: Callable[[Any], object], panels: int
 ) -> None:
-    result = store.load(REFERENCE / f"{name}.h5")
+    result = reference(name)
     change(result["data"])
     figure = styled(result)
     boxes = [axes.get_position() for axes in figure.axes]

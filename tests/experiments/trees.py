@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments import compare
@@ -67,7 +68,16 @@ def reference(name: str) -> Loaded:
 @functools.cache
 def shared_reference(name: str) -> Loaded:
     """The same for all tests, none of which may change it."""
-    return store.load(REFERENCE / f"{name}.h5")
+    return _loaded(REFERENCE / f"{name}.h5")
+
+
+def _loaded(path: Path) -> Loaded:
+    """A sound file, which no other process tries before: test_drawings reads all of them so."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(store, "tried", lambda *_: None)
+        # Nothing is held sound for others.
+        patch.setattr(store, "SOUND", set())
+        return store.load(path)
 
 
 def differences(experiment: str, stored: Any, fresh: Any) -> list[Difference]:
@@ -95,4 +105,4 @@ def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
     """What an experiment computed, as it comes back from a result file."""
     path = folder / f"{experiment}.h5"
     store.write(path, experiments.layout(experiment), tree, {"experiment": experiment}, {}, {})
-    return store.load(path)
+    return _loaded(path)

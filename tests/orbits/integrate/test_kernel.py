@@ -19,7 +19,7 @@ from rigidpend.orbits.integrate import bigint, in_unit
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.following import carrying, note, sampling
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
-from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, lanes_for
 from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import fan, task
@@ -35,12 +35,14 @@ def stepped(
     bits: int, order: int, steps_taken: int, begun: list[Fraction] = STATE
 ) -> tuple[list[Fraction], Fraction, Any]:
     """State and time after some steps of one orbit, and the notes."""
-    parts = KINDS[bits].parts
-    state = np.repeat(in_parts(begun, bits).reshape(6 * parts, 1), LANES, axis=1)
-    time = np.zeros((2, LANES))
+    # Kernels of eight doubles, in the lanes of a single orbit, are compiled for other tests too.
+    parts, lanes = KINDS[bits].parts, LANES if bits < 424 else lanes_for(1)
+    state = np.repeat(in_parts(begun, bits).reshape(6 * parts, 1), lanes, axis=1)
+    time = np.zeros((2, lanes))
     parameters = in_parts(C, bits)
-    notes = np.zeros(LANES * steps_taken, note(order, bits))
-    count = carrying(order, bits)(state, LANES, time, parameters, 1e-5, 1, steps_taken, notes)
+    notes = np.zeros(lanes * steps_taken, note(order, bits))
+    carry = carrying(order, bits, lanes)
+    count = carry(state, lanes, time, parameters, 1e-5, 1, steps_taken, notes)
     end = [sum(map(Fraction, state[i::6, 0].tolist()), Fraction(0)) for i in range(6)]
     return end, Fraction(time[0, 0]) + Fraction(time[1, 0]), notes[:count]
 

@@ -1,5 +1,6 @@
 """Maps built, refused with a reason, and kept on disk."""
 
+import functools
 import math
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3,
 from rigidpend.orbits.return_map.charts import ArcOrigin, arcs, free_growth, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
-from rigidpend.orbits.return_map.normal_form import normal_form
+from rigidpend.orbits.return_map.normal_form import NormalForm, normal_form
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -425,12 +426,18 @@ def test_energies_at_which_a_map_is_checked_fill_its_interval(
         assert (low, high) == (1.5, 2.5)
 
 
+@functools.cache
+def of_few_terms(a: Precision) -> tuple[Any, NormalForm]:
+    """Coefficients of Fig. 4's body, and a normal form of it that is soon made."""
+    c = coefficients(FIG4.angles(160), "1", a)
+    return c, normal_form(c, Interval(a.number(1.3342), a.number(0.001), 3), 9, 9, 0.1, a)
+
+
 @pytest.mark.parametrize("rising", [False, True])
 @pytest.mark.parametrize(("bits", "off"), [(53, 1e-13), (96, 1e-28), (113, 1e-32)])
 def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float) -> None:
     a = precision(bits)
-    h, c = a.array([1.3342, 1.3337]), coefficients(FIG4.angles(160), "1", a)
-    nf = normal_form(c, Interval(h[0], a.number(0.001), 3), 9, 9, 0.1, a)
+    h, (c, nf) = a.array([1.3342, 1.3337]), of_few_terms(a)
     # Three points of each chi at one energy, and two at the other.
     d = a.array([-0.001, 0, 0.001, -0.001, 0, 0.001, -0.0005, 0.0005])
     chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]

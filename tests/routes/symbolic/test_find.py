@@ -203,7 +203,7 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
         # No orbit changes sides at a downward crossing.
         (HESS, "11", START, NoOrbit, "Hess case or near it: .* at downward crossings"),
         # Legs do not meet.
-        (FLAT, "1100", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* at most 3e-13"),
+        (FLAT, "11", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* at most 3e-13"),
     ],
 )
 def test_where_no_orbit_is_found_the_reason_is_told(
@@ -216,9 +216,10 @@ def test_where_no_orbit_is_found_the_reason_is_told(
 @pytest.mark.slow
 def test_more_digits_by_integers_agree_with_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the kernel's numbers have no more than 212 bits they tell 53 digits, these the rest."""
+    few = find_orbit(FIG4, "a 0^11", **START, digits=50)
     for module in (arithmetic, legs):
         monkeypatch.setattr(module, "LADDER", arithmetic.LADDER[:3])
-    few, many = (find_orbit(FIG4, "a 0^11", **START, digits=n) for n in (50, 56))
+    many = find_orbit(FIG4, "a 0^11", **START, digits=56)
     assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**50)
 
 
