@@ -64,7 +64,7 @@ def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
 @pytest.mark.parametrize(
     ("in_pairs", "apart", "expected"),
     [
-        # 109 bits are too close to 106, but not to the 97 that pairs may count for, nor without 106.
+        # 109 bits are too close to 106, but not to the 97 that pairs may count for.
         (106, 0, {106: 4, 120: 14, 131: 11, 160: 29}),
         (97, 0, {106: 4, 109: 12, 120: 11, 131: 11, 160: 29}),
         (106, 4, {106: 4, 120: 14, 131: 11, 160: 29}),
