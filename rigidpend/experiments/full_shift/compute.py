@@ -123,7 +123,7 @@ def _proven(
     sets = horseshoe.quads(setting)
     orbits = [family_orbits.pieces(setting, quad) for quad in sets]
     if approach is not None:
-        return _stored(config, sets, orbits + chains.linked(links, True), links, means)
+        return _stored(config, sets, orbits + chains.linked([*links, None]), links, means)
     starts, ends = start_lines.line(setting, J1, sets)
     link = chains.Link(starts, setting, theta2=ends)
     begun = link.pieces()

@@ -97,6 +97,11 @@ class ShiftProblem(NamedTuple):
         return math.floor(math.log2(self.momentum))
 
     @property
+    def numbers(self) -> Numbers:
+        """The numbers with which a checker proves, balls."""
+        return Numbers.of(self.body, self.h, self.spread, self.h0)
+
+    @property
     def coefficients(self) -> Coefficients:
         """The coefficients of the field, in pairs of doubles."""
         return coefficients(self.body.angles(IN_PAIRS.bits + GUARD_BITS), "1", IN_PAIRS)
@@ -130,7 +135,7 @@ class ShiftProblem(NamedTuple):
     @property
     def faster(self) -> float:
         """The rate at which a bound on a distance grows, less that of the distance, in 1/t'."""
-        growth = Numbers.of(self.body, self.h, self.spread).growth
+        growth = self.numbers.growth
         return float(growth.rate(arb(self.rate) / growth.saddle, arb(0))) - self.rate
 
     @property

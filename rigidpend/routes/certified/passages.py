@@ -17,7 +17,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.routes.certified.balls import ARB_BITS, double_above, upper
 from rigidpend.routes.certified.checker import Outgrown, Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Source, StartLine
 from rigidpend.routes.certified.sections import (
     W_FAMILY,
     W_SLOPES,
@@ -79,19 +79,20 @@ class Reached(NamedTuple):
     """Derivatives of w in u, v and w."""
 
 
-def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
+def arrival(numbers: Numbers, start: Source, pieces: Sequence[FamilyStep]) -> Reached:
     """Check the orbits of a set, or of a line of starts, up to their next crossing (C1 to C5).
 
     Undecided where a hypothesis is not shown; the text begins with its name.
     """
     if not pieces:
         raise Undecided("there are no steps")
-    # `side` is the sign of M3 during the passage. A line begins at M3 < 0, not at M3 = 0.
+    # A line begins at M3 < 0, not at M3 = 0.
     begin: list[arb] = []
+    side = start.side
     if isinstance(start, StartLine):
-        side, order, bounds = -1, [0, -1], line_beginning(numbers, start, pieces[0])
+        order, bounds = [0, -1], line_beginning(numbers, start, pieces[0])
     else:
-        side, order = 1 if start.rising else -1, [1, 0, -1]
+        order = [1, 0, -1]
         begin, bounds = beginning(numbers, start, pieces[0])
     signs: list[int] = []
     time, starts = arb(0), bounds

@@ -59,6 +59,11 @@ class Quad(NamedTuple):
     moves: tuple[tuple[Fraction, ...], ...] = ()
     """Polynomials by which w, w^2 and so on are multiplied in p, each of as many coefficients."""
 
+    @property
+    def side(self) -> int:
+        """The sign of M3 between the set and the next crossing."""
+        return 1 if self.rising else -1
+
 
 class StartLine(NamedTuple):
     """A line of starts: Qm = 0 < Qp, M . gamma = 0 and a given J1, so theta1 = alpha0 + beta0.
@@ -77,6 +82,15 @@ class StartLine(NamedTuple):
     """Numbers by which w, w^2 and so on are multiplied in centre."""
     wide: Fraction = Fraction(0)
 
+    @property
+    def side(self) -> int:
+        """The sign of M3 up to the next crossing; the starts have it too."""
+        return -1
+
+
+Source: TypeAlias = Quad | StartLine
+"""Points of which the orbits are followed up to their next crossing."""
+
 
 class FamilyStep(NamedTuple):
     """A step of a family of approximate orbits: polynomials in x, u and v, and in w if it varies.
@@ -89,6 +103,10 @@ class FamilyStep(NamedTuple):
     """Half of the step's length in time, a polynomial in u, v and w, in units of 2^-CLOCK."""
     terms: Sequence[Mapping[Powers, int]]
     """Polynomials of Qp, Qm, M3, gamma1, gamma2, gamma3 over x in [-1, 1], in units of 2^-bits."""
+
+
+Followed: TypeAlias = tuple[Source, Sequence[FamilyStep]]
+"""A source with polynomials of its orbits."""
 
 
 def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:

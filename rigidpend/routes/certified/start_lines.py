@@ -36,7 +36,6 @@ from rigidpend.routes.certified.horseshoe import (
     quads,
 )
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.sections import Numbers
 
 SPREAD_FACTOR = 1.02
 """Spread of the energies that are proven, over that of a line of starts."""
@@ -142,7 +141,7 @@ def _wide(setting: ShiftProblem, of: StartLine, momentum: float, quads: Sequence
     if setting.h0 is not None:
         return Fraction(0)
     try:
-        middle = check_middle(Numbers.of(setting.body, setting.h, setting.spread), arb(0))
+        middle = check_middle(setting.numbers, arb(0))
         steep = float(middle.slant_at(arb(momentum))) / float(middle.growth.weight)
     except Undecided:
         return Fraction(0)
