@@ -61,6 +61,11 @@ def double_above(x: arb) -> float:
     return math.nextafter(float(x.upper()), math.inf)
 
 
+def double_below(x: arb) -> float:
+    """A double below a ball."""
+    return -double_above(-x)
+
+
 class Balls:
     """Elementary functions over balls, in Arb's working precision at the time of the call."""
 
@@ -188,6 +193,10 @@ class LogarithmicNorm(NamedTuple):
         p, q, s, *g = state
         squares = [p, q, self.upright * s, *(x / self.weight for x in g)]
         return sum((x * x for x in squares), arb(0)).sqrt()
+
+    def distances(self, bound: arb) -> list[arb]:
+        """Bounds on each component of a difference whose norm is at most `bound`."""
+        return [bound, bound, upper(bound / self.upright)] + 3 * [upper(bound * self.weight)]
 
 
 def _hypotenuse(a: arb, b: arb) -> arb:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import ARB_BITS, double_above
+from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Followed, Quad, StartLine
@@ -71,7 +71,7 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -
             said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {number}"
             raise Undecided(f"{said}, and less than 1 is needed")
         return Relation(
-            number, orientation, -double_above(-least), double_above(V.bound), *cone(source, target)
+            number, orientation, double_below(least), double_above(V.bound), *cone(source, target)
         )
 
 
@@ -80,18 +80,14 @@ def cone(source: Reached, target: Quad) -> tuple[float, float]:
 
     They are `stretch` and `squeeze` of :class:`Relation`.
     """
-    if not source.slopes[0]:
+    if not source.slopes:
         return 0.0, math.inf
-    by_u, by_v, by_w = (
-        directions(target, source.g, source.w, along)
-        for along in zip(*source.slopes, source.slopes_of_w, strict=True)
-    )
+    by_u, by_v, by_w = (directions(target, source.g, source.w, by) for by in source.slopes)
     # Differences in w count W_WEIGHT times; along a line w itself may change with u.
-    other = by_v[0].bound + by_w[0].bound / W_WEIGHT + W_WEIGHT * source.slopes_of_w[0].bound
-    stretch = abs(by_u[0].range).lower() - other
-    return -double_above(-stretch), double_above(
-        by_u[1].bound + by_v[1].bound + by_w[1].bound / W_WEIGHT
-    )
+    (_, _, moved), *_ = source.slopes
+    other = by_v[0].bound + by_w[0].bound / W_WEIGHT + W_WEIGHT * moved.bound
+    squeeze = by_u[1].bound + by_v[1].bound + by_w[1].bound / W_WEIGHT
+    return double_below(abs(by_u[0].range).lower() - other), double_above(squeeze)
 
 
 def prove_cones(relations: Iterable[Relation]) -> None:

@@ -12,7 +12,7 @@ product of polynomials over the integers.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -174,6 +174,10 @@ class Family:
         # error allows for: they are at most the degree.
         error = self.error * self.orders[PARAMETERS.index(name)]
         return type(self)(self.doubled.derivative(name), self.degree, self.bits, error, self.orders)
+
+    def bounds(self, along: Iterable[str]) -> list[arb]:
+        """Bounds on the functions and on their derivatives in the variables `along`."""
+        return [self.bound, *(self.partial(name).bound for name in along)]
 
     def widened(self, by: arb) -> Self:
         """The family of all functions that differ from these by at most `by`."""

@@ -14,23 +14,14 @@ from flint import arb, ctx
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.routes.certified.balls import ARB_BITS, double_above, upper
+from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below, upper
 from rigidpend.routes.certified.checker import Outgrown, Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Source, StartLine
-from rigidpend.routes.certified.sections import (
-    W_FAMILY,
-    W_SLOPES,
-    Numbers,
-    beginning,
-    begun,
-    distances,
-    largest,
-    line_beginning,
-    norms,
-)
+from rigidpend.routes.certified.sections import W_FAMILY, Numbers, beginning, begun, largest
 
 Kind = TypeVar("Kind", bound=Family)
+Turned = TypeVar("Turned", Family, arb)
 
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
@@ -70,13 +61,11 @@ class Reached(NamedTuple):
     duration: tuple[float, float]
     """Lower and upper bound on the time of the passage, t'."""
     begin: Sequence[arb]
-    """The same three of the polynomials at the beginning; empty for a line of starts."""
-    slopes: Sequence[Sequence[Family]]
-    """Derivatives of d, and of g, in u, v and w; two empty rows where they are not asked for."""
+    """The same three of the polynomials at the beginning."""
+    slopes: Sequence[tuple[Family, Family, Family]]
+    """Those of d, g and w in u, in v and in w; empty where they are not asked for."""
     w: Family = W_FAMILY
     """The energies, as w."""
-    slopes_of_w: Sequence[Family] = W_SLOPES
-    """Derivatives of w in u, v and w."""
 
 
 def arrival(numbers: Numbers, start: Source, pieces: Sequence[FamilyStep]) -> Reached:
@@ -86,30 +75,24 @@ def arrival(numbers: Numbers, start: Source, pieces: Sequence[FamilyStep]) -> Re
     """
     if not pieces:
         raise Undecided("there are no steps")
-    # A line begins at M3 < 0, not at M3 = 0.
-    begin: list[arb] = []
-    side = start.side
-    if isinstance(start, StartLine):
-        order, bounds = [0, -1], line_beginning(numbers, start, pieces[0])
-    else:
-        order = [1, 0, -1]
-        begin, bounds = beginning(numbers, start, pieces[0])
-    signs: list[int] = []
-    time, starts = arb(0), bounds
+    begin, starts = beginning(numbers, start, pieces[0])
+    side, signs, time, bounds = start.side, list[int](), arb(0), starts
     for states, half, apart in followed(numbers, pieces, bounds):
         with ctx.workprec(ARB_BITS):
             time += 2 * half.range
             parts = signs_on_parts(numbers, states, apart[0], "C4", [side])
             # 0 where M3 has the sign of the passage, else the sign of the rate of side * M3.
             signs += [side * rate if box else 0 for rate, box in parts]
-    check_signs(signs, order)
+    # A line begins at M3 < 0, not at M3 = 0.
+    check_signs(signs, [0, -1] if isinstance(start, StartLine) else [1, 0, -1])
     end = [state.at("z", 1) for state in states]
     with ctx.workprec(ARB_BITS):
         found = crossing(numbers, end, apart, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
         w, slopes = energies_along(numbers, numbers.h0, pieces[0], starts)
-        return found._replace(w=w, slopes_of_w=slopes)
+        own = [(*of[:2], by) for of, by in zip(found.slopes, slopes, strict=True)]
+        return found._replace(w=w, slopes=own)
 
 
 def energies_along(
@@ -168,7 +151,7 @@ def joined(
 ) -> list[arb]:
     """H1: bounds as in :func:`followed` where a step begins, from those at the end of another."""
     off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
-    gaps = norms(off, numbers.growth, numbers.along)
+    gaps = numbers.norms(off)
     return [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
 
 
@@ -183,7 +166,7 @@ def defects(numbers: Numbers, states: Sequence[Kind], half: Kind) -> list[arb]:
     fine = states[0].bits + DEFECT_BITS
     rates = [half * rate.rounded(fine) for rate in aligned(states, c)]
     off = [P.derivative() - rate.rounded(fine) for P, rate in zip(states, rates, strict=True)]
-    return norms(off, numbers.growth, numbers.along)
+    return numbers.norms(off)
 
 
 def carried(
@@ -198,7 +181,7 @@ def carried(
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
     sizes = [abs(each).upper() for each in on_parts(states[2], PARTS)]
     bound, factor = tube(sizes, half.bound, apart, numbers, letter)
-    size, *slopes = norms(states, growth, numbers.along)
+    size, *slopes = numbers.norms(states)
     rate = growth.steepness(size + WIDEST_OF_SET * numbers.unit)
     found = [bound]
     for k, (name, slope) in enumerate(zip(numbers.along, slopes, strict=True)):
@@ -249,11 +232,8 @@ def signs_on_parts(
     Else yield the sign of its rate, with balls that contain all states there. Undecided, under the
     `name` of a hypothesis, where neither sign is told.
     """
-    M3, every, apart = (
-        on_parts(states[2], PARTS),
-        list[list[arb]](),
-        distances(bound, numbers.growth),
-    )
+    M3, every = on_parts(states[2], PARTS), list[list[arb]]()
+    apart = numbers.growth.distances(bound)
     for k, value in enumerate(M3):
         if side := next((side for side in sides if side * value > apart[2]), 0):
             yield side, []
@@ -293,7 +273,7 @@ def crossing(
     time since the beginning, t'.
     """
     growth, units = numbers.growth, numbers.units
-    apart = distances(bounds[0], growth)
+    apart = growth.distances(bounds[0])
     # |M3| of the orbits at the end of the step, and a first guess of the way from there.
     M3 = end[2].bound + apart[2]
     late = (apart[2] + M3) / numbers.unit
@@ -321,27 +301,28 @@ def crossing(
     if not (box[large] > 0 or box[large] < 0):
         raise Undecided("C5: the side on which the orbits leave is not told")
     mirrored = bool(box[large] < 0)
-    # The symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3) takes separatrices 1 and 4 to 3 and 2.
-    d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
+
+    def turned(x: Turned) -> Turned:
+        """A Q or gamma3 as it is after the symmetry."""
+        # (-M1, -M2, M3, gamma1, gamma2, -gamma3) takes separatrices 1 and 4 to 3 and 2.
+        return -x if mirrored else x
+
+    d, g = (turned(end[j].widened(apart[j] + time * abs(rates[j]))) for j in (small, 5))
     # The derivatives change on the way to the crossing, by a factor of exp(steep time) at most,
     # and with the time of the crossing, whose derivative is that of M3 over the rate of M3.
-    _, *sizes = norms(end, growth, numbers.along)
+    _, *sizes = numbers.norms(end)
     steep = growth.steepness(growth.norm(tuple(upper(abs(x)) for x in box)))
-    slopes: list[list[Family]] = [[], []]
-    for k, (name, size) in enumerate(zip(numbers.along, sizes, strict=True)):
-        off = distances(
-            upper(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth
-        )
+    slopes = []
+    for name, size, bound in zip(numbers.along, sizes, bounds[1:], strict=True):
+        off = growth.distances(upper(bound + (steep * time).expm1() * (size + bound)))
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
-        for of, j in zip(slopes, (small, 5), strict=True):
-            of.append(end[j].partial(name).widened(off[j] + timed * units[j]))
-    if mirrored:
-        d, g = -d, -g
-        slopes = [[-each for each in of] for of in slopes]
-    Q = -box[large] if mirrored else box[large]
+        by_d, by_g = (
+            turned(end[j].partial(name).widened(off[j] + timed * units[j])) for j in (small, 5)
+        )
+        slopes.append((by_d, by_g, W_FAMILY.partial(name)))
     # From separatrix 2 the next is 3 (symbol 1) or 1 (0); from 3 it is 4 (1) or 2 (0).
     right = (not mirrored) if side > 0 else mirrored
-    there = (Q / numbers.unit, box[3], box[4])
-    duration = -double_above(time - passed), double_above(passed + time)
+    there = (turned(box[large]) / numbers.unit, box[3], box[4])
+    duration = double_below(passed - time), double_above(passed + time)
     ends = double_above(bounds[0]), double_above(time)
     return Reached(d, g, right, there, *ends, duration, begin, slopes)

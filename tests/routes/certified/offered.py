@@ -186,7 +186,7 @@ def arrived(
 ) -> tuple[Any, check_passages.Arrival]:
     """Crossings with d and g as terms, for both."""
     at, up = (Family.of(row, BITS) for row in rows)
-    slopes = [[each.partial(name) for name in "uvw"] for each in (at, up)]
+    slopes = [(at.partial(x), up.partial(x), sections.W_FAMILY.partial(x)) for x in "uvw"]
     Q, gamma1, gamma2 = box
     there = Q, gamma1, gamma2
     mine = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
@@ -355,13 +355,13 @@ class Stored:
     def beginning(self, start: Quad | StartLine, piece: FamilyStep) -> list[Callable[[], Any]]:
         """C1 of a set or of a line by both: each gives its bounds."""
         other, [again] = for_script(start, [piece])
-        if isinstance(start, StartLine):
-            found: Any = lambda: sections.line_beginning(self.numbers, start, piece)  # noqa: E731
-            return [found, lambda: check_sections.line_beginning(self.problem, other, again)]
-        return [
-            lambda: sections.beginning(self.numbers, start, piece)[1],
-            lambda: check_sections.beginning(self.problem, other, again)[1],
-        ]
+
+        def by_script() -> list[Fraction]:
+            if isinstance(start, StartLine):
+                return check_sections.line_beginning(self.problem, other, again)
+            return check_sections.beginning(self.problem, other, again)[1]
+
+        return [lambda: sections.beginning(self.numbers, start, piece)[1], by_script]
 
     def of(self, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> list[Any]:
         """What both check of the orbits of a set, or of a line."""

@@ -148,9 +148,9 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     # d = p(g) + w/4 + a U, whole in u, v and w.
     off, up, w = (Family.of(row, BITS) for row in rows)
     at = sections.moved([quad.p, *quad.moves], up, w) + off
-    slopes = [[each.partial(name) for name in "uvw"] for each in (at, up, w)]
+    slopes = [(at.partial(name), up.partial(name), w.partial(name)) for name in "uvw"]
     there = arb(1), arb(1), arb(1)
-    of = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), [], slopes[:2], w, slopes[2])
+    of = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), [], slopes, w)
     stretch, squeeze = coverings.cone(of, quad)
     assert stretch == pytest.approx(abs(U[0]) - abs(U[1]) - U[2] / 64 - 64 * abs(w_u), abs=1e-9)
     assert squeeze == pytest.approx(abs(V[0]) + abs(V[1]) + V[2] / 64, abs=1e-9)
