@@ -19,6 +19,7 @@ import functools
 import math
 import threading
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar, cast
 
 from flint import arb
@@ -111,9 +112,9 @@ def angles(body: Body) -> Angles:
     return angles_from_moments(A, differences, r, ball_of(body.mu), BALLS)
 
 
-def ball_of(x: Exact) -> arb:
+def ball_of(x: Exact | Fraction) -> arb:
     """A ball that contains an exact number."""
-    return arb(x.over(BALLS))
+    return arb(x.numerator) / x.denominator if isinstance(x, Fraction) else arb(x.over(BALLS))
 
 
 HEAVIEST = 2**16

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm
+from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, ball_of
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import Reached
@@ -178,10 +178,9 @@ def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: Famil
     _, bounds = beginning(numbers, strip, piece)
     states = begun(piece)
     momentum = states[0].bound + bounds[0]
-    wide = arb(strip.wide.numerator) / strip.wide.denominator
     if not states[2].range + bounds[0] / middle.growth.upright < -middle.m1:
         raise Undecided("C9: the strip is not shown to be beside the periodic orbit")
-    if not middle.share * momentum < wide:
+    if not middle.share * momentum < (wide := ball_of(strip.wide)):
         raise Undecided("C9: the unstable surface is not shown to pass between the strip's sides")
     # A_u and A_v bound the derivatives of all components but Qm = wide v.
     states[1] = Family.of({}, 0)

@@ -225,6 +225,14 @@ class Family:
         return type(self)(self.doubled // (1 << down), self.degree, bits, error, self.orders)
 
 
+def horner(p: Sequence[Any], x: Any) -> Any:
+    """The sum of p_k x^k, of numbers or functions of any kind; there is one at least."""
+    found = p[-1]
+    for each in p[-2::-1]:
+        found = found * x + each
+    return found
+
+
 def _each(rule: Callable[[int, int], int], a: Orders | None, b: Orders | None) -> Orders | None:
     """Degrees of a sum (rule max) or a product (rule add); None if either has none."""
     if a is None or b is None:

@@ -8,6 +8,7 @@ that is not shown ends in :class:`Undecided`, never in a crossing. M and t' are 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import NamedTuple, TypeVar
 
 from flint import arb, ctx
@@ -121,7 +122,6 @@ def followed(
     numbers: Numbers,
     pieces: Sequence[FamilyStep],
     bounds: list[arb],
-    letter: str = "C",
     end: Sequence[Family] | None = None,
 ) -> Iterator[tuple[list[Family], Family, list[arb]]]:
     """Check steps one after the other (C2, C3; H1 to H3).
@@ -137,12 +137,13 @@ def followed(
         half = Family.of(piece.half_length, CLOCK)
         with ctx.workprec(ARB_BITS):
             if not half.range > 0:
-                raise Undecided(f"{letter}2: the length of a step is not shown to be positive")
+                said = "the length of a step is not shown to be positive"
+                raise Undecided(f"{numbers.letter}2: {said}")
             if end is not None:
                 bounds = joined(numbers, states, end, bounds)
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half)
-            bounds = carried(numbers, states, half, bounds, leaps, letter)
+            bounds = carried(numbers, states, half, bounds, leaps)
         yield states, half, bounds
 
 
@@ -175,12 +176,11 @@ def carried(
     half: Family,
     begin: Sequence[arb],
     leaps: Sequence[arb],
-    letter: str = "C",
 ) -> list[arb]:
     """C3, H3: bounds on the distance over a whole step, and those on its derivatives (C7)."""
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
     sizes = [abs(each).upper() for each in on_parts(states[2], PARTS)]
-    bound, factor = tube(sizes, half.bound, apart, numbers, letter)
+    bound, factor = tube(sizes, half.bound, apart, numbers)
     size, *slopes = numbers.norms(states)
     rate = growth.steepness(size + WIDEST_OF_SET * numbers.unit)
     found = [bound]
@@ -193,16 +193,14 @@ def carried(
     return found
 
 
-def tube(
-    sizes: Sequence[arb], half: arb, begin: arb, numbers: Numbers, letter: str
-) -> tuple[arb, arb]:
+def tube(sizes: Sequence[arb], half: arb, begin: arb, numbers: Numbers) -> tuple[arb, arb]:
     """C3, H3: a bound on the distance over a whole step, and the factor of its growth.
 
     `sizes` bound |M3| of the polynomials on equal parts, `half` half of the step's length in time;
     `begin` is the distance at the beginning with what the step's defect adds. Outgrown where the
     tube would be too wide.
     """
-    (room, share), growth = TUBES[letter], numbers.growth
+    (room, share), growth = TUBES[numbers.letter], numbers.growth
     widest, length = room * numbers.unit, 2 * half / len(sizes)
     # A radius is assumed, then verified: as long as the distance is below `assumed` it is at most
     # `grown`, and if that is less, it never reaches `assumed`. The rate depends on it but little.
@@ -220,8 +218,9 @@ def tube(
         if not grown < widest:
             break
         assumed = 2 * grown
-    said = f"{letter}3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
-    raise Outgrown(f"{said}, and within {float(widest):.3g} is needed; more bits would help")
+    said = f"the orbits are shown to stay within {float(grown):.3g} of the polynomials"
+    needed = f"within {float(widest):.3g} is needed; more bits would help"
+    raise Outgrown(f"{numbers.letter}3: {said}, and {needed}")
 
 
 def signs_on_parts(
@@ -253,8 +252,7 @@ def check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
 
     `signs` are of parts one after the other, and `order` is that of the runs of equal ones.
     """
-    runs = [sign for k, sign in enumerate(signs) if k == 0 or signs[k - 1] != sign]
-    if runs != list(order):
+    if [sign for sign, _ in groupby(signs)] != list(order):
         raise Undecided("C4: M3 is not shown to leave zero at once and to return at the end")
 
 

@@ -22,13 +22,14 @@ from rigidpend.routes.certified.balls import (
     BALLS,
     LogarithmicNorm,
     angles,
+    ball_of,
     double_above,
     double_below,
     momentum_unit,
     upper,
 )
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family
+from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family, horner
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, Source, StartLine
 
 W_WEIGHT = 64
@@ -39,20 +40,12 @@ W_FAMILY = Family.of({(0, 0, 0, 1): 2}, 0)
 
 def curve(p: Sequence[Fraction], g: Family) -> Family:
     """The value p(g), from the coefficients of the polynomial p."""
-    return _summed([Family.of_fraction(x, INPUT_BITS) for x in p], g)
+    return horner([Family.of_fraction(x, INPUT_BITS) for x in p or [Fraction(0)]], g)
 
 
 def moved(curves: Sequence[Sequence[Fraction]], g: Family, w: Family) -> Family:
     """The sum of w^m p_m(g) over polynomials p_m."""
-    return _summed([curve(p, g) for p in curves], w)
-
-
-def _summed(p: Sequence[Family], x: Family) -> Family:
-    """The sum of p_k x^k by Horner's rule."""
-    found = p[-1] if p else Family.of_fraction(0, INPUT_BITS)
-    for each in p[-2::-1]:
-        found = found * x + each
-    return found
+    return horner([curve(p, g) for p in curves or [[]]], w)
 
 
 def place(quad: Quad) -> tuple[Family, Family]:
@@ -106,11 +99,18 @@ class Numbers(NamedTuple):
     """Energy constant kappa J2_0^2/2 of starts of one J2_0; None if starts have these energies."""
     along: str = PARAMETERS
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
+    letter: str = "C"
+    """That of the hypotheses: C of sets and lines, H of single orbits and of intervals."""
 
     @property
     def without_derivatives(self) -> Numbers:
         """The same numbers where values alone are bounded."""
         return self._replace(along="")
+
+    @property
+    def of_symbols(self) -> Numbers:
+        """The same numbers for the hypotheses H, which bound values alone."""
+        return self._replace(along="", letter="H")
 
     @classmethod
     def of(
@@ -132,8 +132,7 @@ class Numbers(NamedTuple):
             p = p._replace(mu=p.mu / unit**2)
             half, field = p.alpha0 / 2, aligned_coefficients(p, BALLS)
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
-            held = None if h0 is None else arb(h0.over(BALLS))
-            middle = arb(h.over(BALLS))
+            held, middle = None if h0 is None else ball_of(h0), ball_of(h)
             own = momentum_unit((2 * middle / p.kappa).sqrt() / unit)
         with ctx.workprec(ARB_BITS):
             growth = LogarithmicNorm.of(field, own)
@@ -366,7 +365,7 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
         cos, sin = 1 / (2 * numbers.to_M1), 1 / (2 * numbers.to_M2)
         # gamma of the starts, solved for the sine and cosine of theta1/2 + theta2, where theta1 is
         # alpha0 + beta0. J2 = 2 J1 - M3.
-        lean = (2 * arb(line.J1.numerator) / line.J1.denominator - M3) / M3
+        lean = (2 * ball_of(line.J1) - M3) / M3
         angle = arb.atan2(cos * g1 - sin * g2, (sin * g1 + cos * g2) * lean)
         found = angle - arb.atan2(sin, cos) - arb.atan2(c.mu_r2, c.mu_r1)
         if not found.is_finite():

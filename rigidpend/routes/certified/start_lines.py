@@ -35,6 +35,7 @@ from rigidpend.routes.certified.horseshoe import (
     moving,
     quads,
 )
+from rigidpend.routes.certified.models import horner
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 
 SPREAD_FACTOR = 1.02
@@ -177,10 +178,8 @@ def line_pieces(
     in_u = math.ceil((bits - SPARE_BITS) / -math.log2(of.half / 2))
     grid = FamilyGrid(max(in_u, setting.nodes[1]), IN_ASIDE if of.wide else 1, in_w)
     u, v, w = grid.at
-    starts, goal = LineStarts(setting, of.J1, w), 0 * u
-    for x in (of.centre, *of.moves)[::-1]:
-        goal = goal * w + a.number(x)
-    goal = goal + a.number(of.half) * u
+    starts = LineStarts(setting, of.J1, w)
+    goal = horner([a.number(x) for x in (of.centre, *of.moves)], w) + a.number(of.half) * u
     phase = (theta2[0] + theta2[1]) / 2 + (theta2[1] - theta2[0]) / 2 * u
     for _ in range(STEADY):
         begin = starts.states(phase, a)

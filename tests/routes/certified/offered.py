@@ -20,10 +20,10 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import approximation, codes, intervals, passages, pieces, sections
+from rigidpend.routes.certified import approximation, intervals, passages, pieces, sections
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.orbit import enclosed
+from rigidpend.routes.certified.orbit import enclosed, proof_of
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -267,7 +267,7 @@ class Start(NamedTuple):
         """Of the orbit, whose last crossing is never reached."""
 
         def by_package() -> None:
-            reason = codes.check(self.problem, PHASE, steps).reason
+            reason = proof_of(self.problem, PHASE, steps).reason
             if reason != "the steps end before the last crossing":
                 raise Undecided(reason)
 

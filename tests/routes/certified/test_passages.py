@@ -281,7 +281,7 @@ def tubes(stored: Stored, M3: float, begin: float, bits: int) -> list[Callable[[
     sizes = [abs(x).upper() for x in on_parts(Family.of(steep, bits), passages.PARTS)]
     of = sizes, Family.of(half, CLOCK).bound, arb(begin), stored.numbers
     theirs = stored.problem, step(piece), Fraction(begin), Fraction(1), "C3", check_passages.WIDEST
-    return [lambda: passages.tube(*of, "C"), lambda: check_passages.tube(*theirs)]
+    return [lambda: passages.tube(*of), lambda: check_passages.tube(*theirs)]
 
 
 def test_C3_the_widest_tube(stored: Stored) -> None:
