@@ -76,9 +76,11 @@ def prove(
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [[*links, None][part.start : part.stop] for part in _parts(len(links))]
     arrays = _side_by_side(_made, (), parts, jobs, n, report)
+    sources: list[Any] = [link.start for link in links]
+    line = pieces.packed_line(sources[0])
     data = {
-        "sets": pieces.packed_quads([link.start for link in links[1:]]),  # type: ignore[misc]
-        "line": {name: float(getattr(links[0].start, name)) for name in LAYOUT["line"]},
+        "sets": pieces.packed_quads(sources[1:]),
+        "line": {name: line[name] for name in LAYOUT["line"]},
         "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
         # The last set of each part is made anew as the first one of the next part.
         "proof": pieces.joined(arrays, [len(part) - 1 for part in parts]),

@@ -129,7 +129,7 @@ class _Frame(NamedTuple):
         """The set about crossing k with |x| <= a and |y| <= b."""
         lean = self.along[k] - self.shrunk[k]
         curve = self.d[k] - self.shrunk[k] * self.g[k], self.shrunk[k]
-        return quad_from(k % 2 == 0, (a, b, -lean * self.g[k], lean), curve)
+        return quad_from(k % 2 == 0, (a, b, -lean * self.g[k], lean), [curve])
 
     def wide(self, k: int) -> float:
         """The distance of the two lines where gamma3 has changed by all that is left up to 1."""

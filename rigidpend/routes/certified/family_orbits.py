@@ -198,7 +198,7 @@ def _beginning(
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
     if a.largest(g) > MOST_GAMMA3:
         raise ArithmeticError("the sets are too wide; with more half rotations they are smaller")
-    curves = [horner(list(map(a.number, p)), g) for p in (quad.p, *quad.moves)]
+    curves = [horner(list(map(a.number, p)), g) for p in quad.p]
     d = horner(curves, w) + a.number(quad.a) * u
     cos = a.sqrt(1 - g * g)
     if turned:

@@ -263,16 +263,14 @@ def quads(setting: ShiftProblem) -> list[Quad]:
         for right, half_turns in itertools.product((False, True), turns):
             side = 1 if right == section.rising else -1
             d, g = section.reaching(chi, half_turns, 0.0, side), -np.sin(section.chi + chi)
-            curve, *moves = _curves(setting._replace(half_turns=half_turns), at, side, chi)
+            curves = _curves(setting._replace(half_turns=half_turns), at, side, chi)
             edges = [section.reaching(zero, half_turns, end * reach, side)[0] for end in (-1, 1)]
             # V = 0 lies along the unstable surface: the line is the difference of both.
             line = polynomial.polyfit(g, section.surface(chi, mirrored=True) - d, 1)
             if not (a := abs(edges[1] - edges[0]) / 2) > 0:
                 said = "the sets are lost in rounding; with fewer half rotations they are larger"
                 raise ArithmeticError(said)
-            numbers = (a, across, *line)
-            moving = tuple(tuple(map(Fraction, map(float, each))) for each in moves)
-            found.append(quad_from(section.rising, numbers, curve)._replace(moves=moving))
+            found.append(quad_from(section.rising, (a, across, *line), curves))
     return found
 
 

@@ -57,12 +57,12 @@ def place(quad: Quad) -> tuple[Family, Family]:
         for x in (quad.a / quad.l1, quad.b / quad.l1, quad.l0 / quad.l1, quad.a)
     )
     g = u * by_u - v * by_v - from_0
-    return moved((quad.p, *quad.moves), g, W_FAMILY) + u * a, g
+    return moved(quad.p, g, W_FAMILY) + u * a, g
 
 
 def coordinates(quad: Quad, d: Family, g: Family, w: Family = W_FAMILY) -> tuple[Family, Family]:
     """The coordinates U and V, in a set, of points of the section with energies of w."""
-    off = d - moved((quad.p, *quad.moves), g, w)
+    off = d - moved(quad.p, g, w)
     l0, l1, by_a, by_b = (
         Family.of_fraction(x, INPUT_BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
     )
@@ -72,10 +72,9 @@ def coordinates(quad: Quad, d: Family, g: Family, w: Family = W_FAMILY) -> tuple
 def directions(quad: Quad, g: Family, w: Family, along: Sequence[Family]) -> tuple[Family, Family]:
     """Derivatives of U and V along a direction in which those of d, g and w are `along`."""
     by_d, by_g, by_w = along
-    curves = quad.p, *quad.moves
     # The partial derivatives of the curve p in g and in w, by the chain rule.
-    leaning = moved([[k * x for k, x in enumerate(p)][1:] for p in curves], g, w)
-    moving = moved([[m * x for x in p] for m, p in enumerate(curves)][1:], g, w)
+    leaning = moved([[k * x for k, x in enumerate(p)][1:] for p in quad.p], g, w)
+    moving = moved([[m * x for x in p] for m, p in enumerate(quad.p)][1:], g, w)
     off = by_d - leaning * by_g - moving * by_w
     l1, by_a, by_b = (Family.of_fraction(x, INPUT_BITS) for x in (quad.l1, 1 / quad.a, 1 / quad.b))
     return off * by_a, (off - l1 * by_g) * by_b
@@ -294,7 +293,7 @@ def _on_line(numbers: Numbers, line: StartLine, states: Sequence[Family]) -> _Eq
     J1, e1, e2, half, wide = (
         Family.of_fraction(x, INPUT_BITS) for x in (*line[:3], line.half, line.wide)
     )
-    centre, four = curve((line.centre, *line.moves), W_FAMILY), Family.of_fraction(4, 1)
+    centre, four = curve(line.centre, W_FAMILY), Family.of_fraction(4, 1)
     u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
     Qp, _, M3, *gamma = states
     at = [Qp, wide * v, M3, *gamma]

@@ -103,7 +103,7 @@ class LineStarts(NamedTuple):
         e = (high - low) / np.hypot(*(high - low))
         numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
         e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
-        return StartLine(self.J1, e1, e2, centre, half), e
+        return StartLine(self.J1, e1, e2, (centre,), half), e
 
 
 def line(
@@ -122,12 +122,10 @@ def line(
     found, e = every[half].between(ends[half])
     at = [starts.states(x, precision(53)) for starts, x in zip(every, ends, strict=True)]
     # The line moves with the energy in its own direction: only the centre depends on w.
-    found_at = moving(ws, [e @ np.asarray(x)[3:5].mean(axis=1) for x in at])
-    centre, *moves = (Fraction(float(x)) for x in found_at)
+    centre = moving(ws, [e @ np.asarray(x)[3:5].mean(axis=1) for x in at])
     first, last = ends[half]
     found = found._replace(
-        centre=centre,
-        moves=tuple(moves),
+        centre=tuple(Fraction(float(x)) for x in centre),
         wide=_wide(setting, found, float(at[half][0].max()), quads),
     )
     return found, (float(first), float(last))
@@ -179,7 +177,7 @@ def line_pieces(
     grid = FamilyGrid(max(in_u, setting.nodes[1]), IN_ASIDE if of.wide else 1, in_w)
     u, v, w = grid.at
     starts = LineStarts(setting, of.J1, w)
-    goal = horner([a.number(x) for x in (of.centre, *of.moves)], w) + a.number(of.half) * u
+    goal = horner([a.number(x) for x in of.centre], w) + a.number(of.half) * u
     phase = (theta2[0] + theta2[1]) / 2 + (theta2[1] - theta2[0]) / 2 * u
     for _ in range(STEADY):
         begin = starts.states(phase, a)

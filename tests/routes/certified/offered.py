@@ -88,7 +88,13 @@ def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
 
 
 def quad_of(quad: Quad) -> check_sections.Quad:
-    return check_sections.Quad(*quad[:5], list(quad.p), [list(p) for p in quad.moves])
+    p, *moves = map(list, quad.p)
+    return check_sections.Quad(*quad[:5], p, moves)
+
+
+def line_of(line: StartLine) -> check_sections.Line:
+    J1, e1, e2, (centre, *moves), half, wide = line
+    return check_sections.Line(J1, e1, e2, centre, half, moves, wide)
 
 
 def interval(x: arb) -> Interval:
@@ -158,7 +164,7 @@ def for_script(
     source: Quad | StartLine, steps: Sequence[FamilyStep]
 ) -> tuple[Any, list[check_sections.Step]]:
     """A set or a line with its steps, for the second checker."""
-    other: Any = check_sections.Line(*source) if isinstance(source, StartLine) else quad_of(source)
+    other: Any = line_of(source) if isinstance(source, StartLine) else quad_of(source)
     return other, list(map(step, steps))
 
 
@@ -167,7 +173,9 @@ def in_units(k: int, source: Any, orbit: Sequence[FamilyStep]) -> tuple[Any, lis
     by, up, down = Fraction(2) ** k, max(k, 0), max(-k, 0)
     if isinstance(source, Quad):
         a, b, l0, l1 = (by * x for x in source[1:5])
-        other: Any = Quad(source.rising, a, b, l0, l1, tuple(by * x for x in source.p))
+        other: Any = Quad(
+            source.rising, a, b, l0, l1, tuple(tuple(by * x for x in p) for p in source.p)
+        )
     else:
         other = source._replace(J1=by * source.J1, wide=by * source.wide)
     steps = []
@@ -219,7 +227,7 @@ def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"])) -> Any:
     u, v = a.array(list(map(a.number, u))), a.array(list(map(a.number, v)))
     g = (by_u * u - by_v * v - l0) / l1
     d = 0 * g
-    for x in quad.p[::-1]:
+    for x in quad.p[0][::-1]:
         d = d * g + a.number(x)
     return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), FLOW, a)
 

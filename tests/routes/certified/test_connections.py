@@ -120,7 +120,7 @@ def of_strip(
             check_connections, "line_beginning", lambda *_: list(map(Fraction, bounds))
         ):
             check_connections.check_strip(
-                problem(), theirs, check_sections.Line(*line), offered.step(piece)
+                problem(), theirs, offered.line_of(line), offered.step(piece)
             )
 
     return [by_package, by_script]

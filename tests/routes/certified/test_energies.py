@@ -174,12 +174,12 @@ def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> Non
         for _ in range(3):
             u, v, w = (chance.uniform(-1, 1) for _ in range(3))
             exactly = Fraction(w)
-            curves = zip(quad.p, *quad.moves, strict=True)
+            curves = zip(*quad.p, strict=True)
             there = tuple(
                 sum((x * exactly**m for m, x in enumerate(each)), Fraction(0)) for each in curves
             )
             energy = Fraction("1.3342") + found.shift + found.spread * exactly
-            begin = points(quad._replace(p=there), [u], [v], energy)
+            begin = points(quad._replace(p=(there,)), [u], [v], energy)
             end = offered.crossings(begin, offered.duration(found.orbits[2], u, v, w))[0][:, 0]
             sign = -1 if end[0] < 0 else 1
             for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
@@ -215,8 +215,8 @@ def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
 
     def sizes(quad: Any, chi: Any, d: Any) -> tuple[Any, Any]:
         g, alike = -np.sin(chi), [x for x in found.quads if x.rising == quad.rising]
-        mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
-        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p, dtype=float))
+        mean = np.mean([np.array(x.p[0], dtype=float) for x in alike], axis=0)
+        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p[0], dtype=float))
         V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
         return abs(off / float(quad.a)), abs(V)
 
@@ -312,7 +312,7 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     numbers = sections.Numbers.of(body, setting.h, spread, H0)
     del given["h"]
     problem = check_sections.problem_of({**given, "shift": shift, "spread": spread})
-    theirs = check_sections.phases(problem, check_sections.Line(*line[:5]), offered.step(first))
+    theirs = check_sections.phases(problem, offered.line_of(line), offered.step(first))
     bounds = Fraction(theirs.low, 1 << check_series.DIGITS), theirs.above
     for low, high in (sections.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high

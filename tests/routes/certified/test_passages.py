@@ -149,7 +149,7 @@ def test_the_weight_of_gamma_is_limited_in_any_units() -> None:
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
     """The page has what both checkers prove."""
     line, first = stored.line, stored.orbits[4][0]
-    ends = check_sections.phases(problem(), check_sections.Line(*line), step(first))
+    ends = check_sections.phases(problem(), offered.line_of(line), step(first))
     low, high = (Fraction(x, 1 << Interval.digits) for x in (ends.low, ends.high))
     mine = sections.phases(stored.numbers, line, [first])
     assert low < mine[0] < 1.5625 < mine[1] < high
@@ -173,8 +173,8 @@ def test_C1_a_set_lies_beside_separatrix_2_or_3(stored: Stored, k: int) -> None:
 
 def mirrored(quad: Quad, piece: FamilyStep) -> tuple[Quad, FamilyStep]:
     """The same points beside the opposite separatrix, all that changes its sign taken with it."""
-    curve = tuple(x if k % 2 else -x for k, x in enumerate(quad.p))
-    other = quad._replace(a=-quad.a, b=-quad.b, l0=-quad.l0, p=curve)
+    curve = tuple(x if k % 2 else -x for k, x in enumerate(quad.p[0]))
+    other = quad._replace(a=-quad.a, b=-quad.b, l0=-quad.l0, p=(curve,))
     terms = [
         {at: -w for at, w in each.items()} if k in (0, 1, 5) else each
         for k, each in enumerate(piece.terms)
@@ -348,7 +348,7 @@ def test_C4_M3_leaves_zero_and_returns_once(
     for name, found in {**others, "signs": signs}.items():
         monkeypatch.setattr(check_passages, name, Mock(return_value=found))
     monkeypatch.setattr(check_passages, "crossing", Mock(side_effect=Fails("C5")))
-    of = offered.quad_of(stored.quads[0]) if order is LEAVES else check_sections.Line(*stored.line)
+    of = offered.quad_of(stored.quads[0]) if order is LEAVES else offered.line_of(stored.line)
     said = offered.said(check_passages.arrival, problem(), of, [step(stored.orbits[0][0])])
     assert said[:2] == ("C5" if good else "C4")
 
