@@ -217,11 +217,12 @@ def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
     # Before they are repeated: numbers of terms may be anybody's, and ask for any memory.
     if np.any(terms < 1) or sum(map(int, terms)) != len(data["powers"]):
         raise ValueError("the steps have other terms than are stored")
-    here = np.isin(family % n, which)
+    low, k = np.divmod(family, n)
+    here = np.isin(k, which)
     found = {name: data[name][here] for name in OF_STEPS}
     found |= {name: data[name][np.repeat(here, terms)] for name in OF_TERMS}
     # Low digits of set k have the number n + k, and here len(which) + k - which.start.
-    return found | {"family": (family % n - which.start + len(which) * (family // n))[here]}
+    return found | {"family": (k - which.start + len(which) * low)[here]}
 
 
 def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
@@ -229,10 +230,10 @@ def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str
     names = (*OF_STEPS, *OF_TERMS)
     found = {name: np.concatenate([part[name] for part in parts]) for name in names}
     n, firsts = sum(sizes), itertools.accumulate(sizes, initial=0)
-    families = [
-        part["family"] % size + first + n * (part["family"] // size)
-        for part, size, first in zip(parts, sizes, firsts, strict=False)
-    ]
+    families = []
+    for part, size, first in zip(parts, sizes, firsts, strict=False):
+        low, k = np.divmod(part["family"], size)
+        families.append(k + first + n * low)
     return found | {"family": np.concatenate(families)}
 
 
