@@ -19,6 +19,7 @@ from flint import arb, arb_mat, ctx
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified import coverings, passages, sections
 from rigidpend.routes.certified.balls import ARB_BITS
 from rigidpend.routes.certified.horseshoe import ShiftProblem
@@ -169,6 +170,27 @@ def test_C1_a_set_lies_beside_separatrix_2_or_3(stored: Stored, k: int) -> None:
     own = stored.quads[k], stored.orbits[k][0]
     assert float(stored.beginning(*own)[0]()[0]) < 2.0**-54
     offered.agree("C1: the large Q", *stored.beginning(*mirrored(*own)))
+
+
+@pytest.mark.parametrize(
+    ("J1", "side", "reason"),
+    [("0.01", 1, ""), ("0.01", -1, "Qp > 0 > M3"), ("1", 1, "Qp > 0 > M3")],
+)
+def test_C1_starts_have_Qp_above_and_M3_below_zero(
+    stored: Stored, J1: str, side: int, reason: str
+) -> None:
+    """Not those beside the opposite separatrix, nor those of a J1 of more than half of J2.
+
+    A line is so short that it hardly differs from its middle.
+    """
+    starts = LineStarts(ShiftProblem(offered.BODY, exact(offered.GIVEN["h"]), 14), Fraction(J1))
+    ends = 1.5 + 1e-9 * np.array([-1.0, 1.0])
+    state = np.mean(starts.states(ends, precision(53)), axis=1)
+    assert state[0] > 0
+    assert bool(state[2] < 0) is (J1 == "0.01")
+    state[[0, 5]] *= side
+    piece = FamilyStep(BITS, {(0, 0, 0): 1}, [constant(float(x)) for x in state])
+    offered.agree(reason, *stored.beginning(starts.between(ends)[0], piece))
 
 
 def mirrored(quad: Quad, piece: FamilyStep) -> tuple[Quad, FamilyStep]:
