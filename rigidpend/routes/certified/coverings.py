@@ -18,7 +18,7 @@ from flint import arb, ctx
 from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
-from rigidpend.routes.certified.pieces import FamilyStep, Followed, Quad, StartLine
+from rigidpend.routes.certified.pieces import FamilyStep, Followed, Quad, Source, StartLine
 from rigidpend.routes.certified.sections import (
     POINT_BOX,
     W_WEIGHT,
@@ -75,6 +75,17 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -
         )
 
 
+def relations_of(
+    source: Source, found: Reached, quads: Sequence[Quad], arrivals: Sequence[Reached]
+) -> list[Relation]:
+    """C6: check that orbits cover all sets of the section that they cross.
+
+    `arrivals` are the next crossings of each set.
+    """
+    targets = [j for j, quad in enumerate(quads) if quad.side != source.side]
+    return [relation(found, quads[j], arrivals[j].begin, j) for j in targets]
+
+
 def cone(source: Reached, target: Quad) -> tuple[float, float]:
     """C7: bounds on the stretch and the squeeze of a relation; 0 and infinity without derivatives.
 
@@ -121,9 +132,8 @@ def prove(
             check_apart(quads[j], quads[k], f"sets {j} and {k}")
     relations = []
     for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
-        others = [j for j, other in enumerate(quads) if other.rising != quad.rising]
         with _named(f"set {k}"):
-            relations.append([relation(found, quads[j], arrivals[j].begin, j) for j in others])
+            relations.append(relations_of(quad, found, quads, arrivals))
     return arrivals, relations
 
 
@@ -150,8 +160,7 @@ def prove_line(
     symbols, last = prove_chain(numbers, links, of=" of the approach"), links[-1]
     with _named(_link(len(links) - 1, " of the approach")):
         end = arrival(numbers, *last)
-        targets = [j for j, quad in enumerate(quads) if quad.side != last[0].side]
-        crossed = [relation(end, quads[j], arrivals[j].begin, j) for j in targets]
+        crossed = relations_of(last[0], end, quads, arrivals)
     # A line of starts has no symbol.
     return end, crossed, [*symbols, end.right][1:]
 

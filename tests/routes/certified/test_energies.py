@@ -203,6 +203,12 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
         w = float((Fraction(height) - found.shift) / found.spread)
         assert value(found.proven.start.w, u, 0.0) == pytest.approx(w, abs=1e-6)
         assert abs(w) < 1
+    # It changes along the line, and with nothing else.
+    end, by = found.proven.start, 2.0**-8
+    change = (value(end.w, by, 0.0) - value(end.w, -by, 0.0)) / (2 * by)
+    slopes = [value(of_w, 0.0, 0.0) for _, _, of_w in end.slopes]
+    assert slopes == pytest.approx([change, 0.0, 0.0], rel=1e-4, abs=1e-12)
+    assert abs(change) > 0.1
 
 
 @pytest.mark.slow
