@@ -214,7 +214,7 @@ class _Equations(NamedTuple):
     sought: tuple[int, ...]
     """The components that follow from the equations, the large Q first."""
     residual: Sequence[Family]
-    """By how much the polynomials fail each of the equations."""
+    """The rests of the equations at the polynomials, 0 where one holds."""
     slopes: Callable[[int, Sequence[arb]], list[list[arb]]]
     """The derivatives of each in the components sought, as :meth:`Numbers.slopes` has them."""
     room: float
