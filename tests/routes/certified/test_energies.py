@@ -303,9 +303,16 @@ def test_a_proof_is_of_the_energies_of_its_config(
         assert check_full_shift.energies_of(read)["spread"] == spread
 
 
-@pytest.mark.parametrize("theta2", [0.0, 0.7, 2.5, 3.5, 6.0])
-def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta2: float) -> None:
-    """By both checkers, between 0 and 2 pi, and not ten times as wide as the line."""
+@pytest.mark.parametrize(
+    ("theta2", "J1"), [*((x, J1) for x in (0.0, 0.7, 2.5, 3.5, 6.0)), (0.7, Fraction("1e-3"))]
+)
+def test_phases_are_told_in_every_quarter(
+    monkeypatch: pytest.MonkeyPatch, theta2: float, J1: Fraction
+) -> None:
+    """By both checkers, between 0 and 2 pi, and not ten times as wide as the line.
+
+    A large J1 counts, a small one is nothing beside M3.
+    """
     given = {**GIVEN, "r": ("1", "2", "0"), "h0": GIVEN["h"]}
     body = Body(given["A"], given["r"], given["mu"])
     setting = horseshoe.ShiftProblem(body, H0, 1, h0=H0)
