@@ -241,10 +241,8 @@ def beginning(numbers: Numbers, start: Source, piece: FamilyStep) -> tuple[list[
 
         def in_units(one: int, states: Sequence[arb]) -> arb_mat:
             """The slopes along components in their units."""
-            rows = slopes(one, states)
-            return arb_mat([
-                [x * units[k] for k, x in zip(sought, row, strict=True)] for row in rows
-            ])  # fmt: skip
+            rows = [zip(sought, row, strict=True) for row in slopes(one, states)]
+            return arb_mat([[x * units[k] for k, x in row] for row in rows])
 
         # The box is that about all points at once, which contains the box of each.
         box = [
@@ -254,12 +252,8 @@ def beginning(numbers: Numbers, start: Source, piece: FamilyStep) -> tuple[list[
         near = solution(residual, in_units(1, box), turned, room)
         if not all(sign * box[k] > 0 for k, sign in signs.items()):
             raise Undecided(f"C1: {unsigned}")
-        off = [
-            [x * units[k] for x in near]
-            if k in sought
-            else (states[k] - at[k]).bounds(numbers.along)
-            for k in range(6)
-        ]
+        known = [(x - y).bounds(numbers.along) for x, y in zip(states, at, strict=True)]
+        off = [[x * units[k] for x in near] if k in sought else known[k] for k in range(6)]
     with ctx.workprec(ARB_BITS):
         return [states[k].range / units[k] for k in (sought[0], 3, 4)], numbers.normed(off)
 
