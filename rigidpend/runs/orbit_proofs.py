@@ -27,7 +27,7 @@ from rigidpend.results import store
 from rigidpend.routes.certified import coverings, pieces, sections
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.codes import Report
-from rigidpend.routes.certified.pieces import Quad, StartLine
+from rigidpend.routes.certified.pieces import Source
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 
@@ -74,14 +74,16 @@ def prove(
     # The sets are made at the energy of this start; all starts of the line have energies near it.
     setting = start_lines.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
-    parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
+    parts = [[*links, None][part.start : part.stop] for part in _parts(len(links))]
     arrays = _side_by_side(_made, (), parts, jobs, n, report)
+    sources: list[Any] = [link.start for link in links]
+    line = pieces.packed_line(sources[0])
     data = {
-        "sets": pieces.packed_quads([link.start for link in links[1:]]),  # type: ignore[misc]
-        "line": {name: float(getattr(links[0].start, name)) for name in LAYOUT["line"]},
+        "sets": pieces.packed_quads(sources[1:]),
+        "line": {name: line[name] for name in LAYOUT["line"]},
         "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
-        # The last set of each part but the last is made anew as the first one of the next part.
-        "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
+        # The last set of each part is made anew as the first one of the next part.
+        "proof": pieces.joined(arrays, [len(part) - 1 for part in parts]),
     }
     code = "".join(map(str, found.symbols))
     of = {"experiment": "full_shift", "problem": stated, "code": code}
@@ -114,9 +116,9 @@ def check(file: Path, jobs: int, report: Report) -> str:
                 f"a code of {counted(len(code), 'symbol')}, and {counted(len(sources) - 1, 'set')}"
             )
         parts = []
-        for part, whole in _parts(len(sources)):
+        for part in _parts(len(sources)):
             proof = pieces.of_some(data["proof"], len(sources), part)
-            parts.append((part.start, sources[part.start : part.stop], proof, whole))
+            parts.append((part.start, [*sources, None][part.start : part.stop], proof))
         proven = chain.from_iterable(_side_by_side(_checked, of, parts, jobs, len(code), report))
         # The first link is the line of starts, which has no symbol.
         if (symbols := "".join(str(int(x)) for x in [*proven][1:])) != code:
@@ -134,13 +136,12 @@ def check(file: Path, jobs: int, report: Report) -> str:
     )
 
 
-def _parts(n: int) -> list[tuple[range, bool]]:
-    """Ranges of n links with True for the last one; the others end with the next one's first link.
+def _parts(n: int) -> list[range]:
+    """Ranges of n links and None behind them, each of which ends with the first one of the next.
 
     So the relation between two ranges is checked as well.
     """
-    starts = range(0, n, AT_ONCE)
-    return [(range(k, min(k + AT_ONCE + 1, n)), k + AT_ONCE >= n) for k in starts]
+    return [range(k, min(k + AT_ONCE, n) + 1) for k in range(0, n, AT_ONCE)]
 
 
 def _side_by_side(
@@ -162,23 +163,22 @@ def _side_by_side(
     return side_by_side(work, of, True, parts, jobs, hear)
 
 
-def _made(part: tuple[Sequence[Link], bool], say: Report) -> dict[str, Any]:
-    """The arrays of the polynomials of a part's links."""
+def _made(part: Sequence[Link | None], say: Report) -> dict[str, Any]:
+    """The arrays of the polynomials of a part's links but the last one."""
     from rigidpend.routes.certified import chains
 
-    made = pieces.packed(chains.linked(*part))
+    made = pieces.packed(chains.linked(part))
     say("made")
     return made
 
 
-def _checked(
-    part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool], *of: Any
-) -> list[bool]:
-    """The symbols of a part's links; its last set is only covered, unless it is the last of all."""
+def _checked(part: tuple[int, Sequence[Source | None], Mapping[str, Any]], *of: Any) -> list[bool]:
+    """The symbols of a part's links; the last one is only covered."""
     *numbers, say = of
-    first, sources, proof, whole = part
-    links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
-    found = coverings.prove_chain(sections.Numbers.of(*numbers), links, whole, first=first)
+    first, sources, proof = part
+    orbits = zip(sources, pieces.unpacked(proof, len(sources)), strict=True)
+    links = [source and (source, steps) for source, steps in orbits]
+    found = coverings.prove_chain(sections.Numbers.of(*numbers), links, first=first)
     say("checked")
     return found
 

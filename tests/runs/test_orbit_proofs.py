@@ -4,9 +4,11 @@ import json
 import shutil
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -14,7 +16,8 @@ import pytest
 
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.routes.certified import coverings, pieces, sections
+from rigidpend.routes.certified import chains, coverings, pieces, sections
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_coverings, check_series
 from scripts import check_orbit as script
@@ -156,6 +159,29 @@ def test_steps_of_some_sets_are_those_of_all() -> None:
     assert all(np.array_equal(joined[name], proof[name]) for name in joined)
     with pytest.raises(ValueError, match="other terms than are stored"):
         pieces.of_some({**proof, "terms": proof["terms"] + 1}, 5, range(1))
+
+
+@pytest.mark.parametrize("end", [True, False])
+def test_links_are_made_from_the_last_on_each_to_cover_the_next(
+    monkeypatch: pytest.MonkeyPatch, end: bool
+) -> None:
+    """With the polynomials that prove the next one, in more bits where the first do not."""
+    asked = Mock(side_effect=[None, Undecided("C6"), None])
+    monkeypatch.setattr(chains, "prove_link", asked)
+    links: list[Any] = [
+        SimpleNamespace(start=k, setting=SimpleNamespace(numbers=-k), pieces=partial(pow, 10 + k))
+        for k in (1, 2, 3)
+    ]
+    monkeypatch.setattr(chains, "MORE_BITS", (1, 2))
+    links[2].pieces = lambda: 13
+    found: Any = chains.linked([*links[:2], None if end else links[2]])
+    assert found == [11**2, 12]
+    after = None if end else (3, 13)
+    assert [call.args for call in asked.mock_calls] == [
+        (-2, (2, 12), after),
+        (-1, (1, 11), (2, 12)),
+        (-1, (1, 11**2), (2, 12)),
+    ]
 
 
 def test_a_proof_has_a_name_by_which_it_is_known(tmp_path: Path) -> None:

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from rigidpend.routes.certified.chains import Link, OrbitCrossings
     from rigidpend.routes.certified.horseshoe import ShiftProblem
 
-NUMBERS_OF_LINE = ("e1", "e2", "centre", "half", "wide")
-"""Names of the numbers of a line of starts that are stored."""
 SIDE = 24
 """Points on each side of a drawn outline."""
 SECONDS, DEEPER, LONGER = 1.0, 0.1, 2.8
@@ -123,7 +121,7 @@ def _proven(
     sets = horseshoe.quads(setting)
     orbits = [family_orbits.pieces(setting, quad) for quad in sets]
     if approach is not None:
-        return _stored(config, sets, orbits + chains.linked(links, True), links, means)
+        return _stored(config, sets, orbits + chains.linked([*links, None]), links, means)
     starts, ends = start_lines.line(setting, J1, sets)
     link = chains.Link(starts, setting, theta2=ends)
     begun = link.pieces()
@@ -160,7 +158,7 @@ def _offered(
     before: Any = [link.start for link in links[1:]]
     data: dict[str, Any] = {
         "sets": pieces.packed_quads(sets),
-        "line": {name: float(getattr(starts, name)) for name in NUMBERS_OF_LINE},
+        "line": pieces.packed_line(starts),
         "proof": pieces.packed(orbits),
     }
     if (of := links[0].setting).spread:
@@ -215,7 +213,7 @@ def _in_chart(
     d, g = (_values(each, u, v) for each in where)
     # The sets of a section lie on either side of its stable surface, equally far: the mean of
     # their curves is near it.
-    curves = [np.array(quad.p, dtype=float) for quad in sets if quad.rising == rising]
+    curves = [np.array(quad.p[0], dtype=float) for quad in sets if quad.rising == rising]
     return -np.arcsin(g), d - np.polynomial.polynomial.polyval(g, np.mean(curves, axis=0))
 
 

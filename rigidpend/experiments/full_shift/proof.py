@@ -16,7 +16,7 @@ from rigidpend.routes.certified import connections, coverings, pieces, sections
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import Relation
 from rigidpend.routes.certified.passages import Reached
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.pieces import Followed
 
 
 class Proven(NamedTuple):
@@ -51,8 +51,7 @@ def checked(config: Config, data: Data) -> Proven:
     orbits = pieces.unpacked(data["proof"], len(sets) + 1 + len(before))
     starts = pieces.unpacked_line(rational(config.problem.J1_0), data["line"], energies)
     arrivals, relations = coverings.prove(numbers, sets, orbits[: len(sets)])
-    links: list[tuple[Quad | StartLine, list[FamilyStep]]]
-    links = list(zip([starts, *before], orbits[len(sets) :], strict=True))
+    links: list[Followed] = list(zip([starts, *before], orbits[len(sets) :], strict=True))
     start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)
     if tuple(symbols) != _asked(config):
         raise Undecided("the symbols of the approach differ from those that its config asks for")

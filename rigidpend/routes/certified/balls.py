@@ -19,6 +19,7 @@ import functools
 import math
 import threading
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar, cast
 
 from flint import arb
@@ -59,6 +60,11 @@ def double_above(x: arb) -> float:
     """A double above a ball."""
     # The conversion rounds to nearest; the next double is above in any case.
     return math.nextafter(float(x.upper()), math.inf)
+
+
+def double_below(x: arb) -> float:
+    """A double below a ball."""
+    return -double_above(-x)
 
 
 class Balls:
@@ -106,9 +112,9 @@ def angles(body: Body) -> Angles:
     return angles_from_moments(A, differences, r, ball_of(body.mu), BALLS)
 
 
-def ball_of(x: Exact) -> arb:
+def ball_of(x: Exact | Fraction) -> arb:
     """A ball that contains an exact number."""
-    return arb(x.over(BALLS))
+    return arb(x.numerator) / x.denominator if isinstance(x, Fraction) else arb(x.over(BALLS))
 
 
 HEAVIEST = 2**16
@@ -188,6 +194,10 @@ class LogarithmicNorm(NamedTuple):
         p, q, s, *g = state
         squares = [p, q, self.upright * s, *(x / self.weight for x in g)]
         return sum((x * x for x in squares), arb(0)).sqrt()
+
+    def distances(self, bound: arb) -> list[arb]:
+        """Bounds on each component of a difference whose norm is at most `bound`."""
+        return [bound, bound, upper(bound / self.upright)] + 3 * [upper(bound * self.weight)]
 
 
 def _hypotenuse(a: arb, b: arb) -> arb:

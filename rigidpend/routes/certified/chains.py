@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +24,14 @@ from rigidpend.routes.certified.coverings import prove_link, relation
 from rigidpend.routes.certified.family_orbits import pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, quad_from
-from rigidpend.routes.certified.sections import Numbers
+from rigidpend.routes.certified.pieces import (
+    FamilyStep,
+    Followed,
+    Quad,
+    Source,
+    StartLine,
+    quad_from,
+)
 from rigidpend.routes.certified.start_lines import SPREAD_FACTOR, LineStarts, line_pieces
 from rigidpend.routes.symbolic.levels import each_alone
 
@@ -59,7 +64,7 @@ class OrbitCrossings(NamedTuple):
 class Link(NamedTuple):
     """A set along an orbit, or the line of starts before the sets, and how its orbits are found."""
 
-    start: Quad | StartLine
+    start: Source
     setting: ShiftProblem
     turned: bool = False
     """True if chi of a set is nearer to pi than to 0."""
@@ -124,7 +129,7 @@ class _Frame(NamedTuple):
         """The set about crossing k with |x| <= a and |y| <= b."""
         lean = self.along[k] - self.shrunk[k]
         curve = self.d[k] - self.shrunk[k] * self.g[k], self.shrunk[k]
-        return quad_from(k % 2 == 0, (a, b, -lean * self.g[k], lean), curve)
+        return quad_from(k % 2 == 0, (a, b, -lean * self.g[k], lean), [curve])
 
     def wide(self, k: int) -> float:
         """The distance of the two lines where gamma3 has changed by all that is left up to 1."""
@@ -192,25 +197,25 @@ LOOSE = 2.0**-12
 """Share of the momentum to which the last passage's end is known: only its symbol is to be told."""
 
 
-def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
-    """Polynomials of the orbits of links, each of which is proven to cover the next.
+def linked(part: Sequence[Link | None]) -> list[list[FamilyStep]]:
+    """Polynomials of the orbits of all links but the last one, proven to cover the next ones.
 
-    If `whole`, those of the last one are wanted as well; else it is only covered. Undecided where
-    none of the tried numbers of bits is enough.
+    None behind the links lets the one before it go anywhere. Undecided where none of the tried
+    numbers of bits is enough.
     """
-    of = part[0].setting
-    numbers = Numbers.of(of.body, of.h, of.spread, of.h0)
-    found = [_proven(numbers, part[-1], None) if whole else part[-1].pieces()]
+    found = list[list[FamilyStep]]()
+    after = (last.start, last.pieces()) if (last := part[-1]) else None
     # From the last one on, as the proof of a link takes the polynomials of the next (C6).
-    for link, after in reversed(list(pairwise(part))):
-        found.insert(0, _proven(numbers, link, (after.start, found[0])))
-    return found if whole else found[:-1]
+    for link in part[-2::-1]:
+        assert link is not None
+        found.insert(0, _proven(link, after))
+        after = link.start, found[0]
+    return found
 
 
 def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> bool:
     """True if a line of starts, or a strip about it, crosses all upward sets."""
-    of = link.setting
-    numbers = Numbers.of(of.body, of.h, of.spread, of.h0).without_derivatives
+    numbers = link.setting.numbers.without_derivatives
     try:
         end = arrival(numbers, link.start, found)
         for quad in quads:
@@ -221,15 +226,13 @@ def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> b
     return True
 
 
-def _proven(
-    numbers: Numbers, link: Link, after: tuple[Quad | StartLine, list[FamilyStep]] | None
-) -> list[FamilyStep]:
+def _proven(link: Link, after: Followed | None) -> list[FamilyStep]:
     """Polynomials that prove that a link covers the next; Undecided where MORE_BITS do not help."""
     for more in MORE_BITS:
         check_stop()
         found = link.pieces(more)
         try:
-            prove_link(numbers, (link.start, found), after)
+            prove_link(link.setting.numbers, (link.start, found), after)
             return found
         except Undecided as doubt:
             reason = doubt

@@ -27,7 +27,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.checker import Outgrown, Undecided
-from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed
+from rigidpend.routes.certified.orbit import AT_START, OrbitChecker, Proof, enclosed, proof_of
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step
 from rigidpend.routes.codes import codes_of, shown
 from rigidpend.routes.phases import Phases
@@ -210,7 +210,7 @@ def _orbit(
 
 
 def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
-    return check(problem, *orbit)
+    return proof_of(problem, *orbit)
 
 
 def _expected(problem: RouteProblem, theta2_0: Sequence[Exact]) -> tuple[list[float], list[int]]:
@@ -282,24 +282,6 @@ class ProofProgress:
 
 MARGIN_BITS = 26
 """Bits of a step beyond those of its bound: the defect is as many bits above a unit."""
-AT_START = 64
-"""Bits of the exact problem's enclosure beyond those of the first step."""
-
-
-class Proof(NamedTuple):
-    """The proof of an orbit, as far as it goes."""
-
-    crossings: list[ProvenCrossing]
-    steps: list[Step]
-    reason: str
-    """The reason for which it ends early; empty if it is whole."""
-    outgrown: bool = False
-    """True if it ends because the bound has grown too large for its bits."""
-
-    @property
-    def bits(self) -> int:
-        """Bits of the first step, 0 without steps."""
-        return self.steps[0].bits if self.steps else 0
 
 
 def prove(
@@ -334,25 +316,6 @@ def prove(
         # The bound only grows, and coefficients much finer than it say nothing.
         work = min(work, MARGIN_BITS + _digits(checker.bound))
     return Proof(checker.crossings[: problem.n_symbols + 1], steps, reason, outgrown)
-
-
-def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step]) -> Proof:
-    """Check given steps again, without integration: the proof that they are, as far as it goes."""
-    if not steps:
-        return Proof([], [], "there are no steps")
-    found, reason = list[ProvenCrossing](), ""
-    try:
-        # In as many bits as `prove` took, so that times and bounds are the same, bit for bit.
-        checker = OrbitChecker(enclosed(problem, theta2_0, steps[0].bits + AT_START))
-        found = checker.crossings
-        for step in steps:
-            checker.take(step)
-    except Undecided as doubt:
-        reason = str(doubt)
-    crossings = found[: problem.n_symbols + 1]
-    if not reason and len(crossings) <= problem.n_symbols:
-        reason = "the steps end before the last crossing"
-    return Proof(crossings, list(steps), reason)
 
 
 LEFT = 14

@@ -12,20 +12,12 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm
+from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, ball_of
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family
+from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import Reached
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.sections import (
-    POINT_BOX,
-    Numbers,
-    begun,
-    largest,
-    line_beginning,
-    norms,
-    place,
-)
+from rigidpend.routes.certified.sections import POINT_BOX, Numbers, beginning, begun, largest, place
 
 
 class Middle(NamedTuple):
@@ -183,17 +175,16 @@ def prove_transversal(
 
 def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: FamilyStep) -> None:
     """C9: check that the unstable surface is a curve from end to end in a strip of starts."""
-    bounds = line_beginning(numbers, strip, piece)
+    _, bounds = beginning(numbers, strip, piece)
     states = begun(piece)
     momentum = states[0].bound + bounds[0]
-    wide = arb(strip.wide.numerator) / strip.wide.denominator
     if not states[2].range + bounds[0] / middle.growth.upright < -middle.m1:
         raise Undecided("C9: the strip is not shown to be beside the periodic orbit")
-    if not middle.share * momentum < wide:
+    if not middle.share * momentum < (wide := ball_of(strip.wide)):
         raise Undecided("C9: the unstable surface is not shown to pass between the strip's sides")
     # A_u and A_v bound the derivatives of all components but Qm = wide v.
     states[1] = Family.of({}, 0)
-    _, by_u, by_v, _ = norms(states, middle.growth, PARAMETERS)
+    _, by_u, by_v, _ = numbers.norms(states)
     if not middle.slant_at(momentum) * (by_u + bounds[1] + by_v + bounds[2]) < wide:
         raise Undecided("C9: the unstable surface is not shown to lie along the strip")
 
@@ -216,12 +207,12 @@ def check_crossings(
     # The mirror image has slopes in -S: no tangent of an image may be among them.
     by = Family.of_ball(slope, INPUT_BITS)
     for found in images:
-        by_u, by_v = (d + by * g for d, g in list(zip(*found.slopes, strict=True))[:2])
+        by_u, by_v = (d + by * g for d, g, _ in found.slopes[:2])
         if not abs(by_u.range) > by_v.bound:
             raise Undecided("C9: an image is not shown to cross the stable surface at an angle")
 
 
 def slope_of(start: Reached) -> arb:
     """The interval S of C9: slopes between points of a strip's image with |dv| <= |du|."""
-    across, along = (of[0].range + arb(0, of[1].bound) for of in start.slopes)
-    return across / along
+    (d_u, g_u, _), (d_v, g_v, _), _ = start.slopes
+    return (d_u.range + arb(0, d_v.bound)) / (g_u.range + arb(0, g_v.bound))

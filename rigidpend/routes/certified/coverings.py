@@ -10,15 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import ARB_BITS, double_above
+from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.pieces import FamilyStep, Followed, Quad, Source, StartLine
 from rigidpend.routes.certified.sections import (
     POINT_BOX,
     W_WEIGHT,
@@ -71,8 +71,19 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -
             said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {number}"
             raise Undecided(f"{said}, and less than 1 is needed")
         return Relation(
-            number, orientation, -double_above(-least), double_above(V.bound), *cone(source, target)
+            number, orientation, double_below(least), double_above(V.bound), *cone(source, target)
         )
+
+
+def relations_of(
+    source: Source, found: Reached, quads: Sequence[Quad], arrivals: Sequence[Reached]
+) -> list[Relation]:
+    """C6: check that orbits cover all sets of the section that they cross.
+
+    `arrivals` are the next crossings of each set.
+    """
+    targets = [j for j, quad in enumerate(quads) if quad.side != source.side]
+    return [relation(found, quads[j], arrivals[j].begin, j) for j in targets]
 
 
 def cone(source: Reached, target: Quad) -> tuple[float, float]:
@@ -80,18 +91,14 @@ def cone(source: Reached, target: Quad) -> tuple[float, float]:
 
     They are `stretch` and `squeeze` of :class:`Relation`.
     """
-    if not source.slopes[0]:
+    if not source.slopes:
         return 0.0, math.inf
-    by_u, by_v, by_w = (
-        directions(target, source.g, source.w, along)
-        for along in zip(*source.slopes, source.slopes_of_w, strict=True)
-    )
+    by_u, by_v, by_w = (directions(target, source.g, source.w, by) for by in source.slopes)
     # Differences in w count W_WEIGHT times; along a line w itself may change with u.
-    other = by_v[0].bound + by_w[0].bound / W_WEIGHT + W_WEIGHT * source.slopes_of_w[0].bound
-    stretch = abs(by_u[0].range).lower() - other
-    return -double_above(-stretch), double_above(
-        by_u[1].bound + by_v[1].bound + by_w[1].bound / W_WEIGHT
-    )
+    (_, _, moved), *_ = source.slopes
+    other = by_v[0].bound + by_w[0].bound / W_WEIGHT + W_WEIGHT * moved.bound
+    squeeze = by_u[1].bound + by_v[1].bound + by_w[1].bound / W_WEIGHT
+    return double_below(abs(by_u[0].range).lower() - other), double_above(squeeze)
 
 
 def prove_cones(relations: Iterable[Relation]) -> None:
@@ -125,9 +132,8 @@ def prove(
             check_apart(quads[j], quads[k], f"sets {j} and {k}")
     relations = []
     for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
-        others = [j for j, other in enumerate(quads) if other.rising != quad.rising]
         with _named(f"set {k}"):
-            relations.append([relation(found, quads[j], arrivals[j].begin, j) for j in others])
+            relations.append(relations_of(quad, found, quads, arrivals))
     return arrivals, relations
 
 
@@ -140,7 +146,7 @@ def check_apart(one: Quad, other: Quad, names: str) -> None:
 
 def prove_line(
     numbers: Numbers,
-    links: Sequence[tuple[Quad | StartLine, Sequence[FamilyStep]]],
+    links: Sequence[Followed],
     quads: Sequence[Quad],
     arrivals: Sequence[Reached],
 ) -> tuple[Reached, list[Relation], list[bool]]:
@@ -153,28 +159,24 @@ def prove_line(
     """
     symbols, last = prove_chain(numbers, links, of=" of the approach"), links[-1]
     with _named(_link(len(links) - 1, " of the approach")):
-        end, upward = arrival(numbers, *last), crosses_upward(last[0])
-        targets = [j for j, quad in enumerate(quads) if quad.rising == upward]
-        crossed = [relation(end, quads[j], arrivals[j].begin, j) for j in targets]
+        end = arrival(numbers, *last)
+        crossed = relations_of(last[0], end, quads, arrivals)
     # A line of starts has no symbol.
     return end, crossed, [*symbols, end.right][1:]
 
 
 def prove_chain(
-    numbers: Numbers,
-    links: Sequence[tuple[Quad | StartLine, Sequence[FamilyStep]]],
-    whole: bool = False,
-    of: str = "",
-    first: int = 0,
+    numbers: Numbers, links: Sequence[Followed | None], of: str = "", first: int = 0
 ) -> list[bool]:
     """Check that each link covers the next, and return the symbols of all but the last one.
 
-    If `whole`, the last one is followed too, and nothing is asked of where it goes. `first` is the
-    number of the first link, 0 for a line of starts; Undecided names a link by its number and `of`.
+    None behind the links lets the one before it go anywhere. `first` is the number of the first
+    link, 0 for a line of starts; Undecided names a link by its number and `of`.
     """
-    symbols, following = [], [*links[1:], None] if whole else links[1:]
-    for k, (link, after) in enumerate(zip(links, following, strict=False), first):
+    symbols = []
+    for k, (link, after) in enumerate(pairwise(links), first):
         with _named(_link(k, of)):
+            assert link is not None
             symbols.append(prove_link(numbers, link, after))
     return symbols
 
@@ -183,17 +185,7 @@ def _link(k: int, of: str) -> str:
     return f"set {k}{of}" if k else "line of starts"
 
 
-def crosses_upward(source: Quad | StartLine) -> bool:
-    """True if the next crossings of a set, or of a line of starts, are upward."""
-    # A line begins at M3 < 0, and a set of downward crossings is followed by M3 < 0.
-    return isinstance(source, StartLine) or not source.rising
-
-
-def prove_link(
-    numbers: Numbers,
-    link: tuple[Quad | StartLine, Sequence[FamilyStep]],
-    after: tuple[Quad | StartLine, Sequence[FamilyStep]] | None,
-) -> bool:
+def prove_link(numbers: Numbers, link: Followed, after: Followed | None) -> bool:
     """Check that a set, or a line of starts, covers the next one, and return its passage's symbol.
 
     `after` is None behind the last set.
@@ -203,7 +195,7 @@ def prove_link(
     found = arrival(numbers, *link)
     if after is not None:
         (source, _), (target, pieces) = link, after
-        if isinstance(target, StartLine) or target.rising != crosses_upward(source) or not pieces:
+        if isinstance(target, StartLine) or target.side == source.side or not pieces:
             raise Undecided("C6: the next set is not one of the section that is crossed")
         begin, _ = beginning(numbers, target, pieces[0])
         relation(found, target, begin, 0)

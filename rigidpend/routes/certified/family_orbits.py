@@ -26,6 +26,7 @@ from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
+from rigidpend.routes.certified.models import horner
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers, Quad
 
 TOLERANCE = 2.0**-100
@@ -197,13 +198,8 @@ def _beginning(
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
     if a.largest(g) > MOST_GAMMA3:
         raise ArithmeticError("the sets are too wide; with more half rotations they are smaller")
-    d = a.zeros(g.shape)
-    for p in (quad.p, *quad.moves)[::-1]:
-        curve = a.zeros(g.shape)
-        for x in p[::-1]:
-            curve = curve * g + a.number(x)
-        d = d * w + curve
-    d = d + a.number(quad.a) * u
+    curves = [horner(list(map(a.number, p)), g) for p in quad.p]
+    d = horner(curves, w) + a.number(quad.a) * u
     cos = a.sqrt(1 - g * g)
     if turned:
         cos = -cos

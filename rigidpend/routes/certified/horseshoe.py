@@ -97,6 +97,11 @@ class ShiftProblem(NamedTuple):
         return math.floor(math.log2(self.momentum))
 
     @property
+    def numbers(self) -> Numbers:
+        """The numbers with which a checker proves, balls."""
+        return Numbers.of(self.body, self.h, self.spread, self.h0)
+
+    @property
     def coefficients(self) -> Coefficients:
         """The coefficients of the field, in pairs of doubles."""
         return coefficients(self.body.angles(IN_PAIRS.bits + GUARD_BITS), "1", IN_PAIRS)
@@ -130,7 +135,7 @@ class ShiftProblem(NamedTuple):
     @property
     def faster(self) -> float:
         """The rate at which a bound on a distance grows, less that of the distance, in 1/t'."""
-        growth = Numbers.of(self.body, self.h, self.spread).growth
+        growth = self.numbers.growth
         return float(growth.rate(arb(self.rate) / growth.saddle, arb(0))) - self.rate
 
     @property
@@ -258,16 +263,14 @@ def quads(setting: ShiftProblem) -> list[Quad]:
         for right, half_turns in itertools.product((False, True), turns):
             side = 1 if right == section.rising else -1
             d, g = section.reaching(chi, half_turns, 0.0, side), -np.sin(section.chi + chi)
-            curve, *moves = _curves(setting._replace(half_turns=half_turns), at, side, chi)
+            curves = _curves(setting._replace(half_turns=half_turns), at, side, chi)
             edges = [section.reaching(zero, half_turns, end * reach, side)[0] for end in (-1, 1)]
             # V = 0 lies along the unstable surface: the line is the difference of both.
             line = polynomial.polyfit(g, section.surface(chi, mirrored=True) - d, 1)
             if not (a := abs(edges[1] - edges[0]) / 2) > 0:
                 said = "the sets are lost in rounding; with fewer half rotations they are larger"
                 raise ArithmeticError(said)
-            numbers = (a, across, *line)
-            moving = tuple(tuple(map(Fraction, map(float, each))) for each in moves)
-            found.append(quad_from(section.rising, numbers, curve)._replace(moves=moving))
+            found.append(quad_from(section.rising, (a, across, *line), curves))
     return found
 
 

@@ -7,6 +7,7 @@ decides. Times are t', dimensionless.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -79,9 +80,12 @@ def proven_intervals(
         times, common = _sampled(here, setting, J1, n_symbols)
         # Only the shortest intervals are content with fewer symbols than are asked for.
         last = here.depth >= finest
-        proven = _proven(
-            setting, starts, here, times, range(common, 0 if last else n_symbols - 1, -1)
-        )
+        proven = ProvenInterval(here, [], [])
+        for count in range(common, 0 if last else n_symbols - 1, -1):
+            with suppress(Undecided):
+                steps = pieces(setting, starts, here, times[: count + 1])
+                proven = ProvenInterval(here, symbols(starts, here, steps), steps)
+                break
         if proven.symbols or last:
             found.append(proven)
         else:
@@ -104,19 +108,6 @@ def _sampled(
     same = (routes.codes == routes.codes[:, :1]).all(axis=1) & (routes.codes[:, 0] <= 1)
     common = int(np.argmin(same)) if not same.all() else len(same)
     return routes.crossing_time[:, :NODES], common
-
-
-def _proven(
-    setting: ShiftProblem, starts: EnclosedStarts, of: PhaseInterval, times: Array, counts: range
-) -> ProvenInterval:
-    """An interval with the first of some `counts` of symbols that can be proven, or with none."""
-    for count in counts:
-        try:
-            found = pieces(setting, starts, of, times[: count + 1])
-            return ProvenInterval(of, symbols(starts, of, found), found)
-        except Undecided:
-            continue
-    return ProvenInterval(of, [], [])
 
 
 def pieces(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 from flint import arb, ctx
@@ -17,7 +17,7 @@ from flint import arb, ctx
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import ARB_BITS, start_of
+from rigidpend.routes.certified.balls import ARB_BITS, ball_of, start_of
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import followed, signs_on_parts
@@ -66,13 +66,12 @@ class EnclosedStarts(NamedTuple):
     @classmethod
     def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
         """Enclose the numbers of a problem."""
-        # No derivatives: only the polynomials' values are needed for symbols.
-        return cls(Numbers.of(body, h0).without_derivatives, body, J1, h0)
+        return cls(Numbers.of(body, h0).of_symbols, body, J1, h0)
 
     def states(self, of: PhaseInterval) -> list[Family]:
         """The aligned components of the starts of an interval, as functions of u."""
         with ctx.workprec(INPUT_BITS):
-            turn, J1 = (arb(x.numerator) / x.denominator for x in (2 * of.middle, self.J1))
+            turn, J1 = ball_of(2 * of.middle), ball_of(self.J1)
             here, ahead = (
                 start_of(self.body, J1, self.h0, (turn + quarter) * arb.pi())[0]
                 for quarter in (0, arb("0.5"))
@@ -109,7 +108,7 @@ def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilySt
     Undecided where a hypothesis is not shown; the text begins with its name.
     """
     numbers, told = starts.numbers, list[int | tuple[bool, int]]()
-    for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", starts.states(of)):
+    for states, _, [bound] in followed(numbers, pieces, [arb(0)], starts.states(of)):
         with ctx.workprec(ARB_BITS):
             told += signs_on_step(numbers, states, bound)
     return symbols_of(told)
@@ -121,7 +120,7 @@ def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
     Each part tells the sign of M3 or, beside a crossing, the pair of True if M3 rises and the sign
     of the large one of Q+ and Q-. Undecided if M3 may change its sign elsewhere.
     """
-    runs = [sign for k, sign in enumerate(told) if k == 0 or told[k - 1] != sign]
+    runs = [part for part, _ in groupby(told)]
     # M3 < 0, a crossing on which it rises, M3 > 0, one on which it falls, and so on.
     order = [(-1, 1)[k // 2 % 2] if k % 2 == 0 else k % 4 == 1 for k in range(len(runs))]
     kinds = all(isinstance(x, tuple) == (k % 2 == 1) for k, x in enumerate(runs))

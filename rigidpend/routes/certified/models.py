@@ -12,7 +12,7 @@ product of polynomials over the integers.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -175,6 +175,10 @@ class Family:
         error = self.error * self.orders[PARAMETERS.index(name)]
         return type(self)(self.doubled.derivative(name), self.degree, self.bits, error, self.orders)
 
+    def bounds(self, along: Iterable[str]) -> list[arb]:
+        """Bounds on the functions and on their derivatives in the variables `along`."""
+        return [self.bound, *(self.partial(name).bound for name in along)]
+
     def widened(self, by: arb) -> Self:
         """The family of all functions that differ from these by at most `by`."""
         # They need not be polynomials, so no derivative of them is bounded.
@@ -219,6 +223,14 @@ class Family:
         # and some towards zero. So P is off by less than half as many units as there are terms.
         error = (len(self.doubled) + 1) // 2 - (-self.error >> down)
         return type(self)(self.doubled // (1 << down), self.degree, bits, error, self.orders)
+
+
+def horner(p: Sequence[Any], x: Any) -> Any:
+    """The sum of p_k x^k, of numbers or functions of any kind; there is one at least."""
+    found = p[-1]
+    for each in p[-2::-1]:
+        found = found * x + each
+    return found
 
 
 def _each(rule: Callable[[int, int], int], a: Orders | None, b: Orders | None) -> Orders | None:

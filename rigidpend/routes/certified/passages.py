@@ -8,29 +8,21 @@ that is not shown ends in :class:`Undecided`, never in a crossing. M and t' are 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import NamedTuple, TypeVar
 
 from flint import arb, ctx
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.routes.certified.balls import ARB_BITS, double_above, upper
+from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below, upper
 from rigidpend.routes.certified.checker import Outgrown, Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.sections import (
-    W_FAMILY,
-    W_SLOPES,
-    Numbers,
-    beginning,
-    begun,
-    distances,
-    largest,
-    line_beginning,
-    norms,
-)
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Source, StartLine
+from rigidpend.routes.certified.sections import W_FAMILY, Numbers, beginning, begun, largest
 
 Kind = TypeVar("Kind", bound=Family)
+Turned = TypeVar("Turned", Family, arb)
 
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
@@ -70,45 +62,38 @@ class Reached(NamedTuple):
     duration: tuple[float, float]
     """Lower and upper bound on the time of the passage, t'."""
     begin: Sequence[arb]
-    """The same three of the polynomials at the beginning; empty for a line of starts."""
-    slopes: Sequence[Sequence[Family]]
-    """Derivatives of d, and of g, in u, v and w; two empty rows where they are not asked for."""
+    """The same three of the polynomials at the beginning."""
+    slopes: Sequence[tuple[Family, Family, Family]]
+    """Those of d, g and w in u, in v and in w; empty where they are not asked for."""
     w: Family = W_FAMILY
     """The energies, as w."""
-    slopes_of_w: Sequence[Family] = W_SLOPES
-    """Derivatives of w in u, v and w."""
 
 
-def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
+def arrival(numbers: Numbers, start: Source, pieces: Sequence[FamilyStep]) -> Reached:
     """Check the orbits of a set, or of a line of starts, up to their next crossing (C1 to C5).
 
     Undecided where a hypothesis is not shown; the text begins with its name.
     """
     if not pieces:
         raise Undecided("there are no steps")
-    # `side` is the sign of M3 during the passage. A line begins at M3 < 0, not at M3 = 0.
-    begin: list[arb] = []
-    if isinstance(start, StartLine):
-        side, order, bounds = -1, [0, -1], line_beginning(numbers, start, pieces[0])
-    else:
-        side, order = 1 if start.rising else -1, [1, 0, -1]
-        begin, bounds = beginning(numbers, start, pieces[0])
-    signs: list[int] = []
-    time, starts = arb(0), bounds
+    begin, starts = beginning(numbers, start, pieces[0])
+    side, signs, time, bounds = start.side, list[int](), arb(0), starts
     for states, half, apart in followed(numbers, pieces, bounds):
         with ctx.workprec(ARB_BITS):
             time += 2 * half.range
             parts = signs_on_parts(numbers, states, apart[0], "C4", [side])
             # 0 where M3 has the sign of the passage, else the sign of the rate of side * M3.
             signs += [side * rate if box else 0 for rate, box in parts]
-    check_signs(signs, order)
+    # A line begins at M3 < 0, not at M3 = 0.
+    check_signs(signs, [0, -1] if isinstance(start, StartLine) else [1, 0, -1])
     end = [state.at("z", 1) for state in states]
     with ctx.workprec(ARB_BITS):
         found = crossing(numbers, end, apart, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
         w, slopes = energies_along(numbers, numbers.h0, pieces[0], starts)
-        return found._replace(w=w, slopes_of_w=slopes)
+        own = [(*of[:2], by) for of, by in zip(found.slopes, slopes, strict=True)]
+        return found._replace(w=w, slopes=own)
 
 
 def energies_along(
@@ -137,7 +122,6 @@ def followed(
     numbers: Numbers,
     pieces: Sequence[FamilyStep],
     bounds: list[arb],
-    letter: str = "C",
     end: Sequence[Family] | None = None,
 ) -> Iterator[tuple[list[Family], Family, list[arb]]]:
     """Check steps one after the other (C2, C3; H1 to H3).
@@ -153,12 +137,13 @@ def followed(
         half = Family.of(piece.half_length, CLOCK)
         with ctx.workprec(ARB_BITS):
             if not half.range > 0:
-                raise Undecided(f"{letter}2: the length of a step is not shown to be positive")
+                said = "the length of a step is not shown to be positive"
+                raise Undecided(f"{numbers.letter}2: {said}")
             if end is not None:
                 bounds = joined(numbers, states, end, bounds)
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half)
-            bounds = carried(numbers, states, half, bounds, leaps, letter)
+            bounds = carried(numbers, states, half, bounds, leaps)
         yield states, half, bounds
 
 
@@ -167,7 +152,7 @@ def joined(
 ) -> list[arb]:
     """H1: bounds as in :func:`followed` where a step begins, from those at the end of another."""
     off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
-    gaps = norms(off, numbers.growth, numbers.along)
+    gaps = numbers.norms(off)
     return [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
 
 
@@ -182,7 +167,7 @@ def defects(numbers: Numbers, states: Sequence[Kind], half: Kind) -> list[arb]:
     fine = states[0].bits + DEFECT_BITS
     rates = [half * rate.rounded(fine) for rate in aligned(states, c)]
     off = [P.derivative() - rate.rounded(fine) for P, rate in zip(states, rates, strict=True)]
-    return norms(off, numbers.growth, numbers.along)
+    return numbers.norms(off)
 
 
 def carried(
@@ -191,13 +176,12 @@ def carried(
     half: Family,
     begin: Sequence[arb],
     leaps: Sequence[arb],
-    letter: str = "C",
 ) -> list[arb]:
     """C3, H3: bounds on the distance over a whole step, and those on its derivatives (C7)."""
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
     sizes = [abs(each).upper() for each in on_parts(states[2], PARTS)]
-    bound, factor = tube(sizes, half.bound, apart, numbers, letter)
-    size, *slopes = norms(states, growth, numbers.along)
+    bound, factor = tube(sizes, half.bound, apart, numbers)
+    size, *slopes = numbers.norms(states)
     rate = growth.steepness(size + WIDEST_OF_SET * numbers.unit)
     found = [bound]
     for k, (name, slope) in enumerate(zip(numbers.along, slopes, strict=True)):
@@ -209,16 +193,14 @@ def carried(
     return found
 
 
-def tube(
-    sizes: Sequence[arb], half: arb, begin: arb, numbers: Numbers, letter: str
-) -> tuple[arb, arb]:
+def tube(sizes: Sequence[arb], half: arb, begin: arb, numbers: Numbers) -> tuple[arb, arb]:
     """C3, H3: a bound on the distance over a whole step, and the factor of its growth.
 
     `sizes` bound |M3| of the polynomials on equal parts, `half` half of the step's length in time;
     `begin` is the distance at the beginning with what the step's defect adds. Outgrown where the
     tube would be too wide.
     """
-    (room, share), growth = TUBES[letter], numbers.growth
+    (room, share), growth = TUBES[numbers.letter], numbers.growth
     widest, length = room * numbers.unit, 2 * half / len(sizes)
     # A radius is assumed, then verified: as long as the distance is below `assumed` it is at most
     # `grown`, and if that is less, it never reaches `assumed`. The rate depends on it but little.
@@ -236,8 +218,9 @@ def tube(
         if not grown < widest:
             break
         assumed = 2 * grown
-    said = f"{letter}3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
-    raise Outgrown(f"{said}, and within {float(widest):.3g} is needed; more bits would help")
+    said = f"the orbits are shown to stay within {float(grown):.3g} of the polynomials"
+    needed = f"within {float(widest):.3g} is needed; more bits would help"
+    raise Outgrown(f"{numbers.letter}3: {said}, and {needed}")
 
 
 def signs_on_parts(
@@ -248,11 +231,8 @@ def signs_on_parts(
     Else yield the sign of its rate, with balls that contain all states there. Undecided, under the
     `name` of a hypothesis, where neither sign is told.
     """
-    M3, every, apart = (
-        on_parts(states[2], PARTS),
-        list[list[arb]](),
-        distances(bound, numbers.growth),
-    )
+    M3, every = on_parts(states[2], PARTS), list[list[arb]]()
+    apart = numbers.growth.distances(bound)
     for k, value in enumerate(M3):
         if side := next((side for side in sides if side * value > apart[2]), 0):
             yield side, []
@@ -272,8 +252,7 @@ def check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
 
     `signs` are of parts one after the other, and `order` is that of the runs of equal ones.
     """
-    runs = [sign for k, sign in enumerate(signs) if k == 0 or signs[k - 1] != sign]
-    if runs != list(order):
+    if [sign for sign, _ in groupby(signs)] != list(order):
         raise Undecided("C4: M3 is not shown to leave zero at once and to return at the end")
 
 
@@ -292,7 +271,7 @@ def crossing(
     time since the beginning, t'.
     """
     growth, units = numbers.growth, numbers.units
-    apart = distances(bounds[0], growth)
+    apart = growth.distances(bounds[0])
     # |M3| of the orbits at the end of the step, and a first guess of the way from there.
     M3 = end[2].bound + apart[2]
     late = (apart[2] + M3) / numbers.unit
@@ -320,27 +299,28 @@ def crossing(
     if not (box[large] > 0 or box[large] < 0):
         raise Undecided("C5: the side on which the orbits leave is not told")
     mirrored = bool(box[large] < 0)
-    # The symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3) takes separatrices 1 and 4 to 3 and 2.
-    d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
+
+    def turned(x: Turned) -> Turned:
+        """A Q or gamma3 as it is after the symmetry."""
+        # (-M1, -M2, M3, gamma1, gamma2, -gamma3) takes separatrices 1 and 4 to 3 and 2.
+        return -x if mirrored else x
+
+    d, g = (turned(end[j].widened(apart[j] + time * abs(rates[j]))) for j in (small, 5))
     # The derivatives change on the way to the crossing, by a factor of exp(steep time) at most,
     # and with the time of the crossing, whose derivative is that of M3 over the rate of M3.
-    _, *sizes = norms(end, growth, numbers.along)
+    _, *sizes = numbers.norms(end)
     steep = growth.steepness(growth.norm(tuple(upper(abs(x)) for x in box)))
-    slopes: list[list[Family]] = [[], []]
-    for k, (name, size) in enumerate(zip(numbers.along, sizes, strict=True)):
-        off = distances(
-            upper(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth
-        )
+    slopes = []
+    for name, size, bound in zip(numbers.along, sizes, bounds[1:], strict=True):
+        off = growth.distances(upper(bound + (steep * time).expm1() * (size + bound)))
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
-        for of, j in zip(slopes, (small, 5), strict=True):
-            of.append(end[j].partial(name).widened(off[j] + timed * units[j]))
-    if mirrored:
-        d, g = -d, -g
-        slopes = [[-each for each in of] for of in slopes]
-    Q = -box[large] if mirrored else box[large]
+        by_d, by_g = (
+            turned(end[j].partial(name).widened(off[j] + timed * units[j])) for j in (small, 5)
+        )
+        slopes.append((by_d, by_g, W_FAMILY.partial(name)))
     # From separatrix 2 the next is 3 (symbol 1) or 1 (0); from 3 it is 4 (1) or 2 (0).
     right = (not mirrored) if side > 0 else mirrored
-    there = (Q / numbers.unit, box[3], box[4])
-    duration = -double_above(time - passed), double_above(passed + time)
+    there = (turned(box[large]) / numbers.unit, box[3], box[4])
+    duration = double_below(passed - time), double_above(passed + time)
     ends = double_above(bounds[0]), double_above(time)
     return Reached(d, g, right, there, *ends, duration, begin, slopes)

@@ -46,8 +46,8 @@ COMPONENTS = 7
 class Quad(NamedTuple):
     """A set: the curved quadrilateral |U| <= 1, |V| <= 1 of the section M3 = 0.
 
-    U = (d - p(g))/a and V = (d - p(g) - l0 - l1 g)/b, where d is the small one of Qp and Qm, g is
-    gamma3, and p is a polynomial. The set moves with the energy if p depends on w.
+    U = (d - c)/a and V = (d - c - l0 - l1 g)/b, where d is the small one of Qp and Qm, g is gamma3,
+    and c = sum of w^m p_m(g), polynomials p_m. If there are several, the set moves with the energy.
     """
 
     rising: bool
@@ -55,27 +55,38 @@ class Quad(NamedTuple):
     b: Fraction
     l0: Fraction
     l1: Fraction
-    p: tuple[Fraction, ...]
-    moves: tuple[tuple[Fraction, ...], ...] = ()
-    """Polynomials by which w, w^2 and so on are multiplied in p, each of as many coefficients."""
+    p: tuple[tuple[Fraction, ...], ...]
+    """The coefficients of p_0, p_1 and so on, of each as many."""
+
+    @property
+    def side(self) -> int:
+        """The sign of M3 between the set and the next crossing."""
+        return 1 if self.rising else -1
 
 
 class StartLine(NamedTuple):
     """A line of starts: Qm = 0 < Qp, M . gamma = 0 and a given J1, so theta1 = alpha0 + beta0.
 
-    These are the starts of Fig. 4. On the line e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1;
-    centre may depend on w. The line is the middle of a strip Qm = wide v, |v| <= 1, on which Qp
+    These are the starts of Fig. 4. On the line e1 gamma1 + e2 gamma2 = c + half u, |u| <= 1, with
+    c = sum of centre_m w^m. The line is the middle of a strip Qm = wide v, |v| <= 1, on which Qp
     follows from J1 and M3 as it does on the line.
     """
 
     J1: Fraction
     e1: Fraction
     e2: Fraction
-    centre: Fraction
+    centre: tuple[Fraction, ...]
     half: Fraction
-    moves: tuple[Fraction, ...] = ()
-    """Numbers by which w, w^2 and so on are multiplied in centre."""
     wide: Fraction = Fraction(0)
+
+    @property
+    def side(self) -> int:
+        """The sign of M3 up to the next crossing; the starts have it too."""
+        return -1
+
+
+Source: TypeAlias = Quad | StartLine
+"""Points of which the orbits are followed up to their next crossing."""
 
 
 class FamilyStep(NamedTuple):
@@ -91,11 +102,15 @@ class FamilyStep(NamedTuple):
     """Polynomials of Qp, Qm, M3, gamma1, gamma2, gamma3 over x in [-1, 1], in units of 2^-bits."""
 
 
+Followed: TypeAlias = tuple[Source, Sequence[FamilyStep]]
+"""A source with polynomials of its orbits."""
+
+
 def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:
     """Sets as arrays; their numbers are doubles, which stand for themselves exactly."""
     return {
         "rising": np.array([q.rising for q in quads]),
-        "p": np.array([q.p for q in quads], dtype=float),
+        "p": np.array([q.p[0] for q in quads], dtype=float),
         **{name: np.array([float(getattr(q, name)) for q in quads]) for name in OF_SET},
     }
 
@@ -103,16 +118,21 @@ def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:
 OF_SET = ("a", "b", "l0", "l1")
 
 
+def packed_line(line: StartLine) -> dict[str, float]:
+    """The numbers of a line of starts, or of a strip, but for its J1."""
+    names, numbers = ("e1", "e2", "centre", "half", "wide"), (*line[1:3], line.centre[0], *line[4:])
+    return dict(zip(names, map(float, numbers), strict=True))
+
+
 def packed_energies(
     shift: Fraction, spread: Fraction, quads: Sequence[Quad], line: StartLine
 ) -> dict[str, Any]:
     """Arrays of the energies and of how sets and a line of starts move with them, doubles."""
-    moves, along = ([q.moves for q in quads], line.moves)
     return {
         "shift": float(shift),
         "spread": float(spread),
-        "moves": np.array(moves, dtype=float),
-        "line": np.array(along, dtype=float),
+        "moves": np.array([q.p[1:] for q in quads], dtype=float),
+        "line": np.array(line.centre[1:], dtype=float),
     }
 
 
@@ -131,11 +151,8 @@ def unpacked_quads(
     """The sets of some arrays, and how they move if there are several energies."""
     moves = [()] * len(data["p"]) if energies is None else energies["moves"].tolist()
     rows = zip(*(data[name] for name in ("rising", *OF_SET, "p")), moves, strict=True)
-    found = [
-        quad_from(bool(up), numbers, p)._replace(moves=tuple(tuple(map(exactly, x)) for x in by))
-        for up, *numbers, p, by in rows
-    ]
-    if not all(quad.p and quad.a and quad.b and quad.l1 for quad in found):
+    found = [quad_from(bool(up), numbers, [p, *by]) for up, *numbers, p, by in rows]
+    if not all(quad.p[0] and quad.a and quad.b and quad.l1 for quad in found):
         raise ValueError("a set has no extent")
     return found
 
@@ -145,14 +162,14 @@ def unpacked_line(
 ) -> StartLine:
     """The line of starts, or the strip, of some stored numbers."""
     e1, e2, centre, half = (exactly(data[name]) for name in ("e1", "e2", "centre", "half"))
-    moves = tuple(map(exactly, [] if energies is None else energies["line"]))
-    return StartLine(J1, e1, e2, centre, half, moves, exactly(data.get("wide", 0)))
+    moves = map(exactly, [] if energies is None else energies["line"])
+    return StartLine(J1, e1, e2, (centre, *moves), half, exactly(data.get("wide", 0)))
 
 
-def quad_from(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
-    """The set that has these doubles as its a, b, l0, l1 and as coefficients of p."""
-    a, b, l0, l1, *curve = map(exactly, (*numbers, *p))
-    return Quad(rising, a, b, l0, l1, tuple(curve))
+def quad_from(rising: bool, numbers: Sequence[float], p: Iterable[Iterable[float]]) -> Quad:
+    """The set that has these doubles as its a, b, l0, l1 and as coefficients of each p_m."""
+    a, b, l0, l1 = map(exactly, numbers)
+    return Quad(rising, a, b, l0, l1, tuple(tuple(map(exactly, each)) for each in p))
 
 
 def exactly(x: Any) -> Fraction:
@@ -200,11 +217,12 @@ def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
     # Before they are repeated: numbers of terms may be anybody's, and ask for any memory.
     if np.any(terms < 1) or sum(map(int, terms)) != len(data["powers"]):
         raise ValueError("the steps have other terms than are stored")
-    here = np.isin(family % n, which)
+    low, k = np.divmod(family, n)
+    here = np.isin(k, which)
     found = {name: data[name][here] for name in OF_STEPS}
     found |= {name: data[name][np.repeat(here, terms)] for name in OF_TERMS}
     # Low digits of set k have the number n + k, and here len(which) + k - which.start.
-    return found | {"family": (family % n - which.start + len(which) * (family // n))[here]}
+    return found | {"family": (k - which.start + len(which) * low)[here]}
 
 
 def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
@@ -212,10 +230,10 @@ def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str
     names = (*OF_STEPS, *OF_TERMS)
     found = {name: np.concatenate([part[name] for part in parts]) for name in names}
     n, firsts = sum(sizes), itertools.accumulate(sizes, initial=0)
-    families = [
-        part["family"] % size + first + n * (part["family"] // size)
-        for part, size, first in zip(parts, sizes, firsts, strict=False)
-    ]
+    families = []
+    for part, size, first in zip(parts, sizes, firsts, strict=False):
+        low, k = np.divmod(part["family"], size)
+        families.append(k + first + n * low)
     return found | {"family": np.concatenate(families)}
 
 

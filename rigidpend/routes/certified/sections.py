@@ -22,38 +22,30 @@ from rigidpend.routes.certified.balls import (
     BALLS,
     LogarithmicNorm,
     angles,
+    ball_of,
     double_above,
+    double_below,
     momentum_unit,
     upper,
 )
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family, horner
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, Source, StartLine
 
 W_WEIGHT = 64
 """Weight of w in the difference of two orbits of different energies (C7); any number will do."""
 W_FAMILY = Family.of({(0, 0, 0, 1): 2}, 0)
 """The variable w as a family: coefficients of T_0 are twice what they stand for."""
-W_SLOPES = [Family.of({(0, 0, 0): 2 * k}, 0) for k in (0, 0, 1)]
-"""The derivatives of w in u, v and w: 0, 0 and 1."""
 
 
 def curve(p: Sequence[Fraction], g: Family) -> Family:
     """The value p(g), from the coefficients of the polynomial p."""
-    return _summed([Family.of_fraction(x, INPUT_BITS) for x in p], g)
+    return horner([Family.of_fraction(x, INPUT_BITS) for x in p or [Fraction(0)]], g)
 
 
 def moved(curves: Sequence[Sequence[Fraction]], g: Family, w: Family) -> Family:
     """The sum of w^m p_m(g) over polynomials p_m."""
-    return _summed([curve(p, g) for p in curves], w)
-
-
-def _summed(p: Sequence[Family], x: Family) -> Family:
-    """The sum of p_k x^k by Horner's rule."""
-    found = p[-1] if p else Family.of_fraction(0, INPUT_BITS)
-    for each in p[-2::-1]:
-        found = found * x + each
-    return found
+    return horner([curve(p, g) for p in curves or [[]]], w)
 
 
 def place(quad: Quad) -> tuple[Family, Family]:
@@ -65,12 +57,12 @@ def place(quad: Quad) -> tuple[Family, Family]:
         for x in (quad.a / quad.l1, quad.b / quad.l1, quad.l0 / quad.l1, quad.a)
     )
     g = u * by_u - v * by_v - from_0
-    return moved((quad.p, *quad.moves), g, W_FAMILY) + u * a, g
+    return moved(quad.p, g, W_FAMILY) + u * a, g
 
 
 def coordinates(quad: Quad, d: Family, g: Family, w: Family = W_FAMILY) -> tuple[Family, Family]:
     """The coordinates U and V, in a set, of points of the section with energies of w."""
-    off = d - moved((quad.p, *quad.moves), g, w)
+    off = d - moved(quad.p, g, w)
     l0, l1, by_a, by_b = (
         Family.of_fraction(x, INPUT_BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
     )
@@ -80,10 +72,9 @@ def coordinates(quad: Quad, d: Family, g: Family, w: Family = W_FAMILY) -> tuple
 def directions(quad: Quad, g: Family, w: Family, along: Sequence[Family]) -> tuple[Family, Family]:
     """Derivatives of U and V along a direction in which those of d, g and w are `along`."""
     by_d, by_g, by_w = along
-    curves = quad.p, *quad.moves
     # The partial derivatives of the curve p in g and in w, by the chain rule.
-    leaning = moved([[k * x for k, x in enumerate(p)][1:] for p in curves], g, w)
-    moving = moved([[m * x for x in p] for m, p in enumerate(curves)][1:], g, w)
+    leaning = moved([[k * x for k, x in enumerate(p)][1:] for p in quad.p], g, w)
+    moving = moved([[m * x for x in p] for m, p in enumerate(quad.p)][1:], g, w)
     off = by_d - leaning * by_g - moving * by_w
     l1, by_a, by_b = (Family.of_fraction(x, INPUT_BITS) for x in (quad.l1, 1 / quad.a, 1 / quad.b))
     return off * by_a, (off - l1 * by_g) * by_b
@@ -107,11 +98,18 @@ class Numbers(NamedTuple):
     """Energy constant kappa J2_0^2/2 of starts of one J2_0; None if starts have these energies."""
     along: str = PARAMETERS
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
+    letter: str = "C"
+    """That of the hypotheses: C of sets and lines, H of single orbits and of intervals."""
 
     @property
     def without_derivatives(self) -> Numbers:
         """The same numbers where values alone are bounded."""
         return self._replace(along="")
+
+    @property
+    def of_symbols(self) -> Numbers:
+        """The same numbers for the hypotheses H, which bound values alone."""
+        return self._replace(along="", letter="H")
 
     @classmethod
     def of(
@@ -133,8 +131,7 @@ class Numbers(NamedTuple):
             p = p._replace(mu=p.mu / unit**2)
             half, field = p.alpha0 / 2, aligned_coefficients(p, BALLS)
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
-            held = None if h0 is None else arb(h0.over(BALLS))
-            middle = arb(h.over(BALLS))
+            held, middle = None if h0 is None else ball_of(h0), ball_of(h)
             own = momentum_unit((2 * middle / p.kappa).sqrt() / unit)
         with ctx.workprec(ARB_BITS):
             growth = LogarithmicNorm.of(field, own)
@@ -150,6 +147,14 @@ class Numbers(NamedTuple):
         """The energies h + spread w as a family."""
         spread = Family.of_fraction(self.spread, INPUT_BITS)
         return Family.of_ball(self.h, INPUT_BITS) + spread * W_FAMILY
+
+    def norms(self, states: Sequence[Family]) -> list[arb]:
+        """Bounds on the norm of a state and on those of its derivatives, in each of `along`."""
+        return self.normed([state.bounds(self.along) for state in states])
+
+    def normed(self, bounds: Sequence[Sequence[arb]]) -> list[arb]:
+        """The same from bounds on each component and on its derivatives."""
+        return [upper(self.growth.norm(each)) for each in zip(*bounds, strict=True)]
 
     def integrals(self, states: Sequence[Family], weight: Sequence[arb]) -> list[Family]:
         """M . gamma, |gamma|^2 - 1 and the energy of states, with a weight's mu r1 and mu r2."""
@@ -182,26 +187,6 @@ class Numbers(NamedTuple):
         ]
 
 
-def distances(bound: arb, growth: LogarithmicNorm) -> list[arb]:
-    """Bounds on each component of a difference whose norm is at most `bound`."""
-    return [bound, bound, upper(bound / growth.upright)] + 3 * [upper(bound * growth.weight)]
-
-
-def orders(state: Family, along: Iterable[str]) -> list[arb]:
-    """Bounds on a family and on its derivatives in the variables `along`."""
-    return [state.bound, *(state.partial(name).bound for name in along)]
-
-
-def norms(states: Sequence[Family], growth: LogarithmicNorm, along: str) -> list[arb]:
-    """Bounds on the norm of a state and on those of its derivatives in the variables `along`."""
-    return normed([orders(state, along) for state in states], growth)
-
-
-def normed(bounds: Sequence[Sequence[arb]], growth: LogarithmicNorm) -> list[arb]:
-    """The norms that follow from bounds on each component and on its derivatives."""
-    return [upper(growth.norm(each)) for each in zip(*bounds, strict=True)]
-
-
 def largest(balls: Iterable[arb]) -> arb:
     """An upper bound of all numbers of some balls that are not negative, 0 without any."""
     found = arb(0)
@@ -221,103 +206,109 @@ def begun(piece: FamilyStep) -> list[Family]:
     return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
 
 
-def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb], list[arb]]:
-    """C1: the points of a set near given polynomials, each the only one nearby.
+class _Equations(NamedTuple):
+    """The equations that hold where the orbits of a set or of a line begin."""
 
-    Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy. Returns
-    the polynomials of these three, as balls in their units, and bounds on the distance of the first
-    step's beginning from the points and on that of its derivatives.
+    at: Sequence[Family]
+    """Polynomials of the components, those that are known exactly as they are."""
+    sought: tuple[int, ...]
+    """The components that follow from the equations, the large Q first."""
+    residual: Sequence[Family]
+    """The rests of the equations at the polynomials, 0 where one holds."""
+    slopes: Callable[[int, Sequence[arb]], list[list[arb]]]
+    """The derivatives of each in the components sought, as :meth:`Numbers.slopes` has them."""
+    room: float
+    """Half-width, in their units, of the box in which they are unique."""
+    signs: Mapping[int, int]
+    """Signs of components in that box."""
+    unsigned: str
+    """Words where these are not shown."""
+
+
+def beginning(numbers: Numbers, start: Source, piece: FamilyStep) -> tuple[list[arb], list[arb]]:
+    """C1: the points where orbits begin near given polynomials, each the only one nearby.
+
+    Returns the large Q, gamma1 and gamma2 of the polynomials, as balls in their units, and bounds
+    on the distance of the first step's beginning from the points and on that of its derivatives.
     """
-    states, (d, g) = begun(piece), place(quad)
+    states, units = begun(piece), numbers.units
+    with ctx.workprec(INPUT_BITS):
+        if isinstance(start, StartLine):
+            found = _on_line(numbers, start, states)
+        else:
+            found = _in_set(numbers, start, states)
+        at, sought, residual, slopes, room, signs, unsigned = found
+
+        def in_units(one: int, states: Sequence[arb]) -> arb_mat:
+            """The slopes along components in their units."""
+            rows = [zip(sought, row, strict=True) for row in slopes(one, states)]
+            return arb_mat([[x * units[k] for k, x in row] for row in rows])
+
+        # The box is that about all points at once, which contains the box of each.
+        box = [
+            x.range + arb(0, room * units[k]) if k in sought else x.range for k, x in enumerate(at)
+        ]
+        turned = {name: in_units(0, [x.partial(name).range for x in at]) for name in numbers.along}
+        near = solution(residual, in_units(1, box), turned, room)
+        if not all(sign * box[k] > 0 for k, sign in signs.items()):
+            raise Undecided(f"C1: {unsigned}")
+        known = [(x - y).bounds(numbers.along) for x, y in zip(states, at, strict=True)]
+        off = [[x * units[k] for x in near] if k in sought else known[k] for k in range(6)]
+    with ctx.workprec(ARB_BITS):
+        return [states[k].range / units[k] for k in (sought[0], 3, 4)], numbers.normed(off)
+
+
+def _in_set(numbers: Numbers, quad: Quad, states: Sequence[Family]) -> _Equations:
+    """Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy."""
+    (d, g), weight = place(quad), (numbers.field.mu_r1, numbers.field.mu_r2)
     large, small = (0, 1) if quad.rising else (1, 0)
-    # Of d, M3 and gamma3 the points are known exactly.
     known = {small: d, 2: Family.of({}, 0), 5: g}
     at = [known.get(k, state) for k, state in enumerate(states)]
-    with ctx.workprec(INPUT_BITS):
-        weight = numbers.field.mu_r1, numbers.field.mu_r2
-        *others, energy = numbers.integrals(at, weight)
+    *others, energy = numbers.integrals(at, weight)
 
-        def slopes(one: int, states: Sequence[arb]) -> list[list[arb]]:
-            """Those in Q, gamma1 and gamma2."""
-            rows = numbers.slopes(one, states, weight, large)
-            return [[row[k] for k in (0, 2, 3)] for row in rows]
+    def slopes(one: int, states: Sequence[arb]) -> list[list[arb]]:
+        rows = numbers.slopes(one, states, weight, large)
+        return [[row[k] for k in (0, 2, 3)] for row in rows]
 
-        # The box is that about all points of the set at once, which contains the box of each.
-        residual = [*others, energy - numbers.energies]
-        box, near = _near(numbers, residual, slopes, at, (large, 3, 4), POINT_BOX)
-        if not box[large] > 0:
-            raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
-        off = {k: orders(states[k] - x, numbers.along) for k, x in known.items()} | near
-    with ctx.workprec(ARB_BITS):
-        told = [states[k].range / numbers.units[k] for k in (large, 3, 4)]
-        return told, normed([off[k] for k in range(6)], numbers.growth)
+    residual = [*others, energy - numbers.energies]
+    unsigned = "the large Q is not shown to be positive at the points of a set"
+    return _Equations(at, (large, 3, 4), residual, slopes, POINT_BOX, {large: 1}, unsigned)
 
 
-def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list[arb]:
-    """C1 of a line of starts, or of the strip about it: its points near given polynomials.
+def _on_line(numbers: Numbers, line: StartLine, states: Sequence[Family]) -> _Equations:
+    """Qp, M3 and gamma follow from J1, Qm, the place on the line or strip, and the energy or h0.
 
-    Qp, M3 and gamma follow from J1, Qm, the place on the line, and the energy, or h0, which is the
-    energy without the weight's. Returns bounds as :func:`beginning` does.
+    h0 is the energy without the weight's.
     """
-    Qp, Qm, M3, *gamma = begun(piece)
-    with ctx.workprec(INPUT_BITS):
-        across = numbers.to_M1**2 + numbers.to_M2**2
-        weight, level = (numbers.field.mu_r1, numbers.field.mu_r2), numbers.energies
-        if numbers.h0 is not None:
-            weight, level = (arb(0), arb(0)), Family.of_ball(numbers.h0, INPUT_BITS)
-        J1, e1, e2, half, wide = (
-            Family.of_fraction(x, INPUT_BITS) for x in (*line[:3], line.half, line.wide)
-        )
-        centre, four = curve((line.centre, *line.moves), W_FAMILY), Family.of_fraction(4, 1)
-        u, aside = Family.of({(0, 1, 0): 2}, 0), wide * Family.of({(0, 0, 1): 2}, 0)
-        at = [Qp, aside, M3, *gamma]
-        *others, energy = numbers.integrals(at, weight)
-        residual = [
-            *others,
-            energy - level,
-            # Where Qm = 0 this says |M| = 2 J1 - M3, that is J2 = |M| and J1 = (J2 + M3)/2.
-            Family.of_ball(across, INPUT_BITS) * Qp * Qp - four * J1 * (J1 - M3),
-            e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
-        ]
+    across = numbers.to_M1**2 + numbers.to_M2**2
+    weight, level = (numbers.field.mu_r1, numbers.field.mu_r2), numbers.energies
+    if numbers.h0 is not None:
+        weight, level = (arb(0), arb(0)), Family.of_ball(numbers.h0, INPUT_BITS)
+    J1, e1, e2, half, wide = (
+        Family.of_fraction(x, INPUT_BITS) for x in (*line[:3], line.half, line.wide)
+    )
+    centre, four = curve(line.centre, W_FAMILY), Family.of_fraction(4, 1)
+    u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
+    Qp, _, M3, *gamma = states
+    at = [Qp, wide * v, M3, *gamma]
+    *others, energy = numbers.integrals(at, weight)
+    residual = [
+        *others,
+        energy - level,
+        # Where Qm = 0 this says |M| = 2 J1 - M3, that is J2 = |M| and J1 = (J2 + M3)/2.
+        Family.of_ball(across, INPUT_BITS) * Qp * Qp - four * J1 * (J1 - M3),
+        e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
+    ]
 
-        def slopes(one: int, states: Sequence[arb]) -> list[list[arb]]:
-            """Those in Qp, M3 and gamma."""
-            zero = arb(0)
-            of_J1 = [2 * states[0] * across, one * 4 * J1.range, zero, zero, zero]
-            of_place = [zero, zero, one * e1.range, one * e2.range, zero]
-            return [*numbers.slopes(one, states, weight, 0), of_J1, of_place]
+    def slopes(one: int, states: Sequence[arb]) -> list[list[arb]]:
+        zero = arb(0)
+        of_J1 = [2 * states[0] * across, one * 4 * J1.range, zero, zero, zero]
+        of_place = [zero, zero, one * e1.range, one * e2.range, zero]
+        return [*numbers.slopes(one, states, weight, 0), of_J1, of_place]
 
-        box, near = _near(numbers, residual, slopes, at, (0, 2, 3, 4, 5), START_BOX)
-        if not (box[0] > 0 and box[2] < 0):
-            raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
-        off = {1: orders(Qm - aside, numbers.along)} | near
-    with ctx.workprec(ARB_BITS):
-        return normed([off[k] for k in range(6)], numbers.growth)
-
-
-def _near(
-    numbers: Numbers,
-    residual: Sequence[Family],
-    slopes: Callable[[int, Sequence[arb]], list[list[arb]]],
-    at: Sequence[Family],
-    found: Sequence[int],
-    room: float,
-) -> tuple[list[arb], dict[int, list[arb]]]:
-    """The box about states of which some components are to be found, and bounds on each of these.
-
-    They are the :func:`solution`, with each component in its unit.
-    """
-    units = numbers.units
-
-    def in_units(one: int, states: Sequence[arb]) -> arb_mat:
-        """The slopes along components in their units."""
-        rows = slopes(one, states)
-        return arb_mat([[x * units[k] for k, x in zip(found, row, strict=True)] for row in rows])
-
-    box = [x.range + arb(0, room * units[k]) if k in found else x.range for k, x in enumerate(at)]
-    turned = {name: in_units(0, [x.partial(name).range for x in at]) for name in numbers.along}
-    near = solution(residual, in_units(1, box), turned, room)
-    return box, {k: [x * units[k] for x in near] for k in found}
+    unsigned = "Qp > 0 > M3 is not shown at the starts"
+    sought = (0, 2, 3, 4, 5)
+    return _Equations(at, sought, residual, slopes, START_BOX, {0: 1, 2: -1}, unsigned)
 
 
 def solution(
@@ -343,7 +334,7 @@ def solution(
         rows = (sum((abs(inverse[i, j]) * right[j] for j in range(n)), arb(0)) for i in range(n))
         return largest(rows) / (1 - share)
 
-    values, *along = zip(*(orders(each, turned) for each in residual), strict=True)
+    values, *along = zip(*(each.bounds(turned) for each in residual), strict=True)
     if not (share < 1 and (near := upper(solved(values))) < room):
         raise Undecided("C1: no points are shown to be where the orbits begin")
     # G(z) = 0, differentiated: the derivative of z - z_P is at most what the matrix makes of that
@@ -360,20 +351,20 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
     """A lower and an upper bound on theta2 of all starts of a line, radians, up to whole turns."""
     c = numbers.field
     with ctx.workprec(ARB_BITS):
-        bound, *_ = line_beginning(numbers, line, pieces[0])
+        _, (bound, *_) = beginning(numbers, line, pieces[0])
         begin = [each.range for each in begun(pieces[0])]
-        near = zip(begin, distances(bound, numbers.growth), strict=True)
+        near = zip(begin, numbers.growth.distances(bound), strict=True)
         _, _, M3, g1, g2, _ = (x + arb(0, e) for x, e in near)
         cos, sin = 1 / (2 * numbers.to_M1), 1 / (2 * numbers.to_M2)
         # gamma of the starts, solved for the sine and cosine of theta1/2 + theta2, where theta1 is
         # alpha0 + beta0. J2 = 2 J1 - M3.
-        lean = (2 * arb(line.J1.numerator) / line.J1.denominator - M3) / M3
+        lean = (2 * ball_of(line.J1) - M3) / M3
         angle = arb.atan2(cos * g1 - sin * g2, (sin * g1 + cos * g2) * lean)
         found = angle - arb.atan2(sin, cos) - arb.atan2(c.mu_r2, c.mu_r1)
         if not found.is_finite():
             raise Undecided("C1: theta2 of the starts is not told")
         found = found + 2 * arb.pi() if found < 0 else found
-        return -double_above(-found), double_above(found)
+        return double_below(found), double_above(found)
 
 
 def words_on_phases(low: float, high: float) -> str:

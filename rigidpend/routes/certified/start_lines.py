@@ -35,8 +35,8 @@ from rigidpend.routes.certified.horseshoe import (
     moving,
     quads,
 )
+from rigidpend.routes.certified.models import horner
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.sections import Numbers
 
 SPREAD_FACTOR = 1.02
 """Spread of the energies that are proven, over that of a line of starts."""
@@ -103,7 +103,7 @@ class LineStarts(NamedTuple):
         e = (high - low) / np.hypot(*(high - low))
         numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
         e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
-        return StartLine(self.J1, e1, e2, centre, half), e
+        return StartLine(self.J1, e1, e2, (centre,), half), e
 
 
 def line(
@@ -122,12 +122,10 @@ def line(
     found, e = every[half].between(ends[half])
     at = [starts.states(x, precision(53)) for starts, x in zip(every, ends, strict=True)]
     # The line moves with the energy in its own direction: only the centre depends on w.
-    found_at = moving(ws, [e @ np.asarray(x)[3:5].mean(axis=1) for x in at])
-    centre, *moves = (Fraction(float(x)) for x in found_at)
+    centre = moving(ws, [e @ np.asarray(x)[3:5].mean(axis=1) for x in at])
     first, last = ends[half]
     found = found._replace(
-        centre=centre,
-        moves=tuple(moves),
+        centre=tuple(Fraction(float(x)) for x in centre),
         wide=_wide(setting, found, float(at[half][0].max()), quads),
     )
     return found, (float(first), float(last))
@@ -142,7 +140,7 @@ def _wide(setting: ShiftProblem, of: StartLine, momentum: float, quads: Sequence
     if setting.h0 is not None:
         return Fraction(0)
     try:
-        middle = check_middle(Numbers.of(setting.body, setting.h, setting.spread), arb(0))
+        middle = check_middle(setting.numbers, arb(0))
         steep = float(middle.slant_at(arb(momentum))) / float(middle.growth.weight)
     except Undecided:
         return Fraction(0)
@@ -178,10 +176,8 @@ def line_pieces(
     in_u = math.ceil((bits - SPARE_BITS) / -math.log2(of.half / 2))
     grid = FamilyGrid(max(in_u, setting.nodes[1]), IN_ASIDE if of.wide else 1, in_w)
     u, v, w = grid.at
-    starts, goal = LineStarts(setting, of.J1, w), 0 * u
-    for x in (of.centre, *of.moves)[::-1]:
-        goal = goal * w + a.number(x)
-    goal = goal + a.number(of.half) * u
+    starts = LineStarts(setting, of.J1, w)
+    goal = horner([a.number(x) for x in of.centre], w) + a.number(of.half) * u
     phase = (theta2[0] + theta2[1]) / 2 + (theta2[1] - theta2[0]) / 2 * u
     for _ in range(STEADY):
         begin = starts.states(phase, a)

@@ -20,10 +20,10 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import approximation, codes, intervals, passages, pieces, sections
+from rigidpend.routes.certified import approximation, intervals, passages, pieces, sections
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.orbit import enclosed
+from rigidpend.routes.certified.orbit import enclosed, proof_of
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -88,7 +88,13 @@ def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
 
 
 def quad_of(quad: Quad) -> check_sections.Quad:
-    return check_sections.Quad(*quad[:5], list(quad.p), [list(p) for p in quad.moves])
+    p, *moves = map(list, quad.p)
+    return check_sections.Quad(*quad[:5], p, moves)
+
+
+def line_of(line: StartLine) -> check_sections.Line:
+    J1, e1, e2, (centre, *moves), half, wide = line
+    return check_sections.Line(J1, e1, e2, centre, half, moves, wide)
 
 
 def interval(x: arb) -> Interval:
@@ -158,7 +164,7 @@ def for_script(
     source: Quad | StartLine, steps: Sequence[FamilyStep]
 ) -> tuple[Any, list[check_sections.Step]]:
     """A set or a line with its steps, for the second checker."""
-    other: Any = check_sections.Line(*source) if isinstance(source, StartLine) else quad_of(source)
+    other: Any = line_of(source) if isinstance(source, StartLine) else quad_of(source)
     return other, list(map(step, steps))
 
 
@@ -167,7 +173,9 @@ def in_units(k: int, source: Any, orbit: Sequence[FamilyStep]) -> tuple[Any, lis
     by, up, down = Fraction(2) ** k, max(k, 0), max(-k, 0)
     if isinstance(source, Quad):
         a, b, l0, l1 = (by * x for x in source[1:5])
-        other: Any = Quad(source.rising, a, b, l0, l1, tuple(by * x for x in source.p))
+        other: Any = Quad(
+            source.rising, a, b, l0, l1, tuple(tuple(by * x for x in p) for p in source.p)
+        )
     else:
         other = source._replace(J1=by * source.J1, wide=by * source.wide)
     steps = []
@@ -186,7 +194,7 @@ def arrived(
 ) -> tuple[Any, check_passages.Arrival]:
     """Crossings with d and g as terms, for both."""
     at, up = (Family.of(row, BITS) for row in rows)
-    slopes = [[each.partial(name) for name in "uvw"] for each in (at, up)]
+    slopes = [(at.partial(x), up.partial(x), sections.W_FAMILY.partial(x)) for x in "uvw"]
     Q, gamma1, gamma2 = box
     there = Q, gamma1, gamma2
     mine = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
@@ -219,7 +227,7 @@ def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"])) -> Any:
     u, v = a.array(list(map(a.number, u))), a.array(list(map(a.number, v)))
     g = (by_u * u - by_v * v - l0) / l1
     d = 0 * g
-    for x in quad.p[::-1]:
+    for x in quad.p[0][::-1]:
         d = d * g + a.number(x)
     return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), FLOW, a)
 
@@ -267,7 +275,7 @@ class Start(NamedTuple):
         """Of the orbit, whose last crossing is never reached."""
 
         def by_package() -> None:
-            reason = codes.check(self.problem, PHASE, steps).reason
+            reason = proof_of(self.problem, PHASE, steps).reason
             if reason != "the steps end before the last crossing":
                 raise Undecided(reason)
 
@@ -355,13 +363,13 @@ class Stored:
     def beginning(self, start: Quad | StartLine, piece: FamilyStep) -> list[Callable[[], Any]]:
         """C1 of a set or of a line by both: each gives its bounds."""
         other, [again] = for_script(start, [piece])
-        if isinstance(start, StartLine):
-            found: Any = lambda: sections.line_beginning(self.numbers, start, piece)  # noqa: E731
-            return [found, lambda: check_sections.line_beginning(self.problem, other, again)]
-        return [
-            lambda: sections.beginning(self.numbers, start, piece)[1],
-            lambda: check_sections.beginning(self.problem, other, again)[1],
-        ]
+
+        def by_script() -> list[Fraction]:
+            if isinstance(start, StartLine):
+                return check_sections.line_beginning(self.problem, other, again)
+            return check_sections.beginning(self.problem, other, again)[1]
+
+        return [lambda: sections.beginning(self.numbers, start, piece)[1], by_script]
 
     def of(self, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> list[Any]:
         """What both check of the orbits of a set, or of a line."""

@@ -18,8 +18,8 @@ from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified import approximation, codes
-from rigidpend.routes.certified.codes import check, prove
-from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed
+from rigidpend.routes.certified.codes import prove
+from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed, proof_of
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate, check_full_shift, check_intervals
@@ -43,18 +43,18 @@ def steps() -> list[Step]:
 
 
 def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
-    again = check(PROBLEM, PHASE, steps)
+    again = proof_of(PROBLEM, PHASE, steps)
     assert again.reason == ""
     assert [c.separatrix for c in again.crossings] == [2, 1, 2]
     assert all(c.radius < 1e-3 and c.bound < 2**-6 for c in again.crossings)
     # Those of doubles, of which the third errs by some 1e-7.
     found = route_codes(FIG4, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, precisions=(53,))
     assert [c.time for c in again.crossings] == pytest.approx(found.crossing_time[:, 0], abs=1e-6)
-    less = check(PROBLEM, PHASE, steps[:-1])
+    less = proof_of(PROBLEM, PHASE, steps[:-1])
     assert less.reason == "the steps end before the last crossing"
     assert len(less.crossings) == 2
     # What the steps prove beyond the symbols that are asked for is left out.
-    assert check(problem(n_symbols=1), PHASE, steps).crossings == again.crossings[:2]
+    assert proof_of(problem(n_symbols=1), PHASE, steps).crossings == again.crossings[:2]
 
 
 @pytest.mark.slow

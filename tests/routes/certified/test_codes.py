@@ -16,7 +16,7 @@ from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.route_intervals import compute as route_intervals
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
-from rigidpend.routes.certified import balls, codes
+from rigidpend.routes.certified import balls, codes, orbit
 from rigidpend.routes.certified.orbit import enclosed
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
@@ -135,7 +135,7 @@ def test_a_start_next_to_J2_is_enclosed_in_as_many_bits_as_that_takes() -> None:
     found = certify_codes(BODY, "1", **given)
     assert found.words == route_codes(BODY, "1", **given).words
     few = [step._replace(bits=1) for step in found.steps[0]]
-    assert codes.check(of, exact("1"), few).reason.startswith("H3: ")
+    assert orbit.proof_of(of, exact("1"), few).reason.startswith("H3: ")
 
 
 NOTHING = "sqrt(sin(pi)*sin(pi))"
@@ -155,7 +155,7 @@ def test_a_start_that_no_bits_tell_is_undecided(mu: str, h0: str, phase: str) ->
     found = certify_codes(body, phase, h0=h0, J1_0="1e-3", n_symbols=1)
     of, step = RouteProblem(body, exact(h0), exact("1e-3"), 1), Step(1, 60, [[0]] * 6)
     assert found.status == ["undecided"]
-    for reason in (*found.reason, codes.check(of, exact(phase), [step]).reason):
+    for reason in (*found.reason, orbit.proof_of(of, exact(phase), [step]).reason):
         assert reason.startswith("H1: the start cannot be told in ")
 
 

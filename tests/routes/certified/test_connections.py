@@ -112,7 +112,7 @@ def of_strip(
     mine, theirs = middles(stored.numbers, **numbers)
 
     def by_package() -> None:
-        with patch.object(connections, "line_beginning", lambda *_: list(map(arb, bounds))):
+        with patch.object(connections, "beginning", lambda *_: ([], list(map(arb, bounds)))):
             connections.check_strip(stored.numbers, mine, line, piece)
 
     def by_script() -> None:
@@ -120,7 +120,7 @@ def of_strip(
             check_connections, "line_beginning", lambda *_: list(map(Fraction, bounds))
         ):
             check_connections.check_strip(
-                problem(), theirs, check_sections.Line(*line), offered.step(piece)
+                problem(), theirs, offered.line_of(line), offered.step(piece)
             )
 
     return [by_package, by_script]

@@ -41,7 +41,7 @@ ALONE = 2.0**-5
 # ---- C6
 
 
-STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
+STRAIGHT = quad_from(True, (0.25, 0.5, 0.125, -0.5), [(0.0,), (0.25,)])
 """A straight set, which moves with the energy."""
 
 
@@ -134,9 +134,7 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     U: Any, V: Any, w_u: float, reason: str, curve: tuple[float, ...]
 ) -> None:
     """U = U_u u + U_v v + U_w w and V alike, of a set that moves; w may change with u."""
-    quad = quad_from(True, (2.0**-10, 2.0**-9, 0.0, -0.5), curve)._replace(
-        moves=((Fraction(1, 4),),)
-    )
+    quad = quad_from(True, (2.0**-10, 2.0**-9, 0.0, -0.5), [curve, (0.25,)])
     a, b, _, l1 = (float(x) for x in quad[1:5])
     of_d, level = [a * x for x in U], (w_u, 0.0, 1.0)
     of_g = [(a * x - b * y) / l1 for x, y in zip(U, V, strict=True)]
@@ -147,10 +145,10 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     ]
     # d = p(g) + w/4 + a U, whole in u, v and w.
     off, up, w = (Family.of(row, BITS) for row in rows)
-    at = sections.moved([quad.p, *quad.moves], up, w) + off
-    slopes = [[each.partial(name) for name in "uvw"] for each in (at, up, w)]
+    at = sections.moved(quad.p, up, w) + off
+    slopes = [(at.partial(name), up.partial(name), w.partial(name)) for name in "uvw"]
     there = arb(1), arb(1), arb(1)
-    of = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), [], slopes[:2], w, slopes[2])
+    of = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), [], slopes, w)
     stretch, squeeze = coverings.cone(of, quad)
     assert stretch == pytest.approx(abs(U[0]) - abs(U[1]) - U[2] / 64 - 64 * abs(w_u), abs=1e-9)
     assert squeeze == pytest.approx(abs(V[0]) + abs(V[1]) + V[2] / 64, abs=1e-9)
@@ -236,7 +234,7 @@ def test_sections_have_both_symbols(
     some = [stored.quads[k] for k in kept]
     mine = said(coverings.prove, stored.numbers, some, [stored.orbits[k] for k in kept])
     steps = [list(map(step, stored.orbits[k][:1])) for k in (*kept, 4)]
-    line = check_sections.Line(*stored.line)
+    line = offered.line_of(stored.line)
     theirs = said(check_coverings.prove, offered.GIVEN, list(map(quad_of, some)), line, steps)
     assert reason in mine.replace("same ", "")
     assert reason in theirs
@@ -247,7 +245,8 @@ def test_sections_have_both_symbols(
 def test_sets_of_a_symbol_are_apart(stored: Stored, factor: float, reason: str, side: int) -> None:
     """Beside each other in d, both of half-width a."""
     one = stored.quads[0]
-    other = one._replace(p=(one.p[0] + side * 2 * one.a * Fraction(factor), *one.p[1:]))
+    first, *rest = one.p[0]
+    other = one._replace(p=((first + side * 2 * one.a * Fraction(factor), *rest),))
     agree(
         reason,
         lambda: coverings.check_apart(one, other, "they"),
@@ -278,7 +277,7 @@ def test_a_line_comes_to_the_sets_by_those_between(stored: Stored, followed: Non
         other = [*links[:at], (far, links[at][1]), *links[at + 1 :]]
         of = stored.numbers, other, stored.quads, stored.arrivals
         assert said(coverings.prove_line, *of).startswith(f"{name}: C6: ")
-        of_script = list(map(quad_of, stored.quads)), check_sections.Line(*stored.line), steps
+        of_script = list(map(quad_of, stored.quads)), offered.line_of(stored.line), steps
         theirs = said(
             check_coverings.prove, offered.GIVEN, *of_script, [quad_of(x) for x, _ in other[1:]]
         )
@@ -376,7 +375,7 @@ def test_the_stored_proof_holds_in_both_checkers(
     assert text.endswith("".join(f"; undecided: {doubt}" for doubt in doubts) + "\n")
     # A relation that fails is named with its set.
     quads = stored.quads
-    shifted = [*quads[:2], quads[2]._replace(p=(2 * quads[2].a, *quads[2].p[1:])), quads[3]]
+    shifted = [*quads[:2], quads[2]._replace(p=((2 * quads[2].a, *quads[2].p[0][1:]),)), quads[3]]
     doubt = said(coverings.prove, stored.numbers, shifted, stored.orbits[:4])
     assert doubt.startswith("set 0: C6: ")
 
@@ -388,7 +387,7 @@ def test_C9_is_asked_of_all_of_a_proof(stored: Stored, monkeypatch: pytest.Monke
     *arrivals, start = stored.arrivals
     *theirs, image = stored.theirs
     p, of_line = offered.problem(), (stored.line, stored.orbits[4], start)
-    again = check_sections.Line(*stored.line), step(stored.orbits[4][0]), image
+    again = offered.line_of(stored.line), step(stored.orbits[4][0]), image
     asked = Mock()
     with monkeypatch.context() as patch:
         patch.setattr(connections, "check_crossings", asked)

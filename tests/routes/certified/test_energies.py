@@ -174,12 +174,12 @@ def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> Non
         for _ in range(3):
             u, v, w = (chance.uniform(-1, 1) for _ in range(3))
             exactly = Fraction(w)
-            curves = zip(quad.p, *quad.moves, strict=True)
+            curves = zip(*quad.p, strict=True)
             there = tuple(
                 sum((x * exactly**m for m, x in enumerate(each)), Fraction(0)) for each in curves
             )
             energy = Fraction("1.3342") + found.shift + found.spread * exactly
-            begin = points(quad._replace(p=there), [u], [v], energy)
+            begin = points(quad._replace(p=(there,)), [u], [v], energy)
             end = offered.crossings(begin, offered.duration(found.orbits[2], u, v, w))[0][:, 0]
             sign = -1 if end[0] < 0 else 1
             for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
@@ -203,6 +203,12 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
         w = float((Fraction(height) - found.shift) / found.spread)
         assert value(found.proven.start.w, u, 0.0) == pytest.approx(w, abs=1e-6)
         assert abs(w) < 1
+    # It changes along the line, and with nothing else.
+    end, by = found.proven.start, 2.0**-8
+    change = (value(end.w, by, 0.0) - value(end.w, -by, 0.0)) / (2 * by)
+    slopes = [value(of_w, 0.0, 0.0) for _, _, of_w in end.slopes]
+    assert slopes == pytest.approx([change, 0.0, 0.0], rel=1e-4, abs=1e-12)
+    assert abs(change) > 0.1
 
 
 @pytest.mark.slow
@@ -215,8 +221,8 @@ def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
 
     def sizes(quad: Any, chi: Any, d: Any) -> tuple[Any, Any]:
         g, alike = -np.sin(chi), [x for x in found.quads if x.rising == quad.rising]
-        mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
-        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p, dtype=float))
+        mean = np.mean([np.array(x.p[0], dtype=float) for x in alike], axis=0)
+        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p[0], dtype=float))
         V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
         return abs(off / float(quad.a)), abs(V)
 
@@ -297,9 +303,16 @@ def test_a_proof_is_of_the_energies_of_its_config(
         assert check_full_shift.energies_of(read)["spread"] == spread
 
 
-@pytest.mark.parametrize("theta2", [0.0, 0.7, 2.5, 3.5, 6.0])
-def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta2: float) -> None:
-    """By both checkers, between 0 and 2 pi, and not ten times as wide as the line."""
+@pytest.mark.parametrize(
+    ("theta2", "J1"), [*((x, J1) for x in (0.0, 0.7, 2.5, 3.5, 6.0)), (0.7, Fraction("1e-3"))]
+)
+def test_phases_are_told_in_every_quarter(
+    monkeypatch: pytest.MonkeyPatch, theta2: float, J1: Fraction
+) -> None:
+    """By both checkers, between 0 and 2 pi, and not ten times as wide as the line.
+
+    A large J1 counts, a small one is nothing beside M3.
+    """
     given = {**GIVEN, "r": ("1", "2", "0"), "h0": GIVEN["h"]}
     body = Body(given["A"], given["r"], given["mu"])
     setting = horseshoe.ShiftProblem(body, H0, 1, h0=H0)
@@ -312,19 +325,19 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     numbers = sections.Numbers.of(body, setting.h, spread, H0)
     del given["h"]
     problem = check_sections.problem_of({**given, "shift": shift, "spread": spread})
-    theirs = check_sections.phases(problem, check_sections.Line(*line[:5]), offered.step(first))
+    theirs = check_sections.phases(problem, offered.line_of(line), offered.step(first))
     bounds = Fraction(theirs.low, 1 << check_series.DIGITS), theirs.above
     for low, high in (sections.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
         assert 2e-6 - 1e-12 < high - low < 2e-5
     # How far the polynomials are from the starts counts.
-    beginning = sections.line_beginning
+    beginning = sections.beginning
 
     def loose(*given: Any) -> Any:
-        bound, *others = beginning(*given)
-        return bound + arb(1e-3), *others
+        begin, (bound, *others) = beginning(*given)
+        return begin, [bound + arb(1e-3), *others]
 
-    monkeypatch.setattr(sections, "line_beginning", loose)
+    monkeypatch.setattr(sections, "beginning", loose)
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
 
