@@ -19,13 +19,7 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map.charts import (
-    ArcOrigin,
-    Chart,
-    Charts,
-    forward_table,
-    inverse_table,
-)
+from rigidpend.orbits.return_map.charts import Arcs, Chart, Charts, forward_table, inverse_table
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking, looks
@@ -36,15 +30,14 @@ from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_point
 from rigidpend.orbits.return_map.precision import (
     MOST_IN_PAIRS,
-    MOST_IN_TRIPLES,
+    TRIPLE_BITS,
     Precision,
-    in_pairs,
-    in_triples,
+    in_sums,
     precision,
+    rounded,
 )
 from rigidpend.orbits.return_map.program import Entry, Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.orbits.return_map.tables import ChartTable
 
 ALLOWED_ROUNDINGS = 2.0**13
 """Allowed error of a map in doubles, or with tables of no more bits than its own, in roundings.
@@ -75,8 +68,6 @@ five such bodies left 0.50 to 0.63 of the orbits open that they do without it, f
 time."""
 ATTEMPTS = 4
 """Number of attempts, each with higher orders than the last, before a map is refused."""
-TRIPLE_BITS = 124, MOST_IN_TRIPLES
-"""Bits of arcs in sums of three doubles: few precisions, as each takes a kernel of its own."""
 FLOQUET = 1e-11
 """Largest difference of Lambda_0 from the Floquet exponent, which is found in doubles.
 
@@ -247,7 +238,7 @@ class ReturnMap:
         """
         # Twice as many bits more as d loses with its midline.
         narrower, own = self.design.narrower, precision(self.bits)
-        a = _sums(self.bits + 2 * narrower) if narrower else own
+        a = in_sums(self.bits + 2 * narrower) if narrower else own
         d, chi, side = section_point(rising, a.array(states), self._coefficients(a), a)
         if narrower:
             whole = Interval(a.number(0), a.number(1), 1)
@@ -348,7 +339,7 @@ def build(
     """
     a = precision(table_bits(bits))
     # Digits for the sharpest tables that a later attempt may turn to.
-    p = body.angles(max(a.bits, MOST_IN_TRIPLES if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
+    p = body.angles(max(a.bits, TRIPLE_BITS[1] if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
     rough = _rough(body, (low + high) / 2, design)
     scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
@@ -363,13 +354,15 @@ def build(
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)
-        origin = ArcOrigin(coefficients(p, design.unit, sharp), sharp, layer.midlines)
-        given = origin, rough, energies, layer, planned, exponent, a
+        arcs = Arcs(
+            a.number(planned.length), coefficients(p, design.unit, sharp), sharp, layer.midlines
+        )
+        given = arcs, rough, energies, layer, planned, exponent, a
         nf, charts, errors = _attempt(*given, theta3=design.theta3)
         if errors.largest < allowed:
             break
         # Where more terms give nothing roundings decide, and no more terms are tried.
-        idle = a.in_pairs and errors.largest > before / 2
+        idle = a.parts == 2 and errors.largest > before / 2
         if attempt == ATTEMPTS or (idle and a.bits == MOST_IN_PAIRS):
             raise MapError(
                 f"the tables don't settle: in the last of {attempt} attempts they err by"
@@ -390,15 +383,15 @@ def build(
         errors,
         planned,
         design,
-        _cast(nf, own),
-        (_cast(charts[0], own), _cast(charts[1], own)),
+        rounded(nf, own),
+        (rounded(charts[0], own), rounded(charts[1], own)),
         layer.midlines,
         spent,
     )
 
 
 def _attempt(
-    origin: ArcOrigin,
+    arcs: Arcs,
     rough: Rough,
     energies: Interval,
     layer: Layer,
@@ -409,17 +402,16 @@ def _attempt(
     theta3: bool,
 ) -> tuple[NormalForm, Charts, Errors]:
     """The normal form and the charts of given orders, with their measured errors."""
-    length, border = a.number(o.length), rough.border(max(layer.widths))
-    c = origin.within(a)
+    c, border = rounded(arcs.c, a), rough.border(max(layer.widths))
     nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
     charts, found = [], []
     for rising in (False, True):
         width = a.number(layer.widths[rising])
-        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, origin, length, a)
+        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, arcs, a)
         reach = a.number(layer.widest_I)
         inverse = inverse_table(rising, forward, reach, o.n_phase_inverse, nf, a)
         charts.append(Chart(forward, inverse))
-        found.append(held_out(rising, charts[-1], nf, origin, length, a))
+        found.append(held_out(rising, charts[-1], nf, arcs, a))
     cut = [tails(table) for chart in charts for table in chart]
     middle = float(nf.energies.basis(energies.centre, a) @ nf.exponent[:, 0])
     errors = Errors(
@@ -437,17 +429,7 @@ def _of_arcs(a: Precision, layer: Layer, design: Design) -> Precision:
     if not design.narrower:
         return a
     # States are of the order of one, and d less the midline of that of the width.
-    bits = a.bits - math.log2(min(layer.widths))
-    return _sums(bits)
-
-
-def _sums(bits: float) -> Precision:
-    """The precision of at least so many bits, in pairs or, up to what these hold, in triples."""
-    return (
-        precision(MOST_IN_PAIRS)
-        if bits <= MOST_IN_PAIRS
-        else in_triples(TRIPLE_BITS[bits > TRIPLE_BITS[0]])
-    )
+    return in_sums(a.bits - math.log2(min(layer.widths)))
 
 
 def _floquet_exponent(body: Body, low: float, high: float) -> float:
@@ -476,11 +458,4 @@ def table_bits(bits: int) -> int:
 
     Sharper tables make a sharper map, in doubles too.
     """
-    return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
-
-
-def _cast(x: Scalar, a: Precision) -> Any:
-    """A record with its numbers rounded to a precision."""
-    if isinstance(x, (NormalForm, Chart, ChartTable, Interval)):
-        return type(x)(*(_cast(one, a) for one in x))
-    return x if x is None or isinstance(x, (int, float)) else a.array(x)[()]
+    return bits + SPARE_BITS if bits + SPARE_BITS <= MOST_IN_PAIRS else bits

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers import Scalar
-from rigidpend.orbits.return_map.charts import ArcOrigin, Chart, invariants, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, Chart, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
@@ -66,16 +65,11 @@ class Errors(NamedTuple):
 
 
 def held_out(
-    rising: bool,
-    chart: Chart,
-    nf: NormalForm,
-    origin: ArcOrigin,
-    length: Scalar,
-    a: Precision,
+    rising: bool, chart: Chart, nf: NormalForm, arcs: Arcs, a: Precision
 ) -> tuple[float, float]:
     """The stated errors of a chart and of its inverse, from held-out points, relative.
 
-    `length` is the duration of the arcs behind the tables, t'.
+    The charts' own points are the ends of `arcs`; those held out are the ends of longer ones.
     """
     # The seed is fixed: a map is refused or not by what it follows from alone.
     random = np.random.default_rng(rising)
@@ -85,7 +79,8 @@ def held_out(
     share, turn, counts = points(random, ARCS)
     d, chi = chart.forward.width * a.array(share), a.array(turn) * a.pi
     form = TorusForm(nf, levels, a, counts)
-    direct = section_chart(rising, d, chi, form, origin, length * a.number(LONGER))
+    longer = arcs._replace(length=arcs.length * a.number(LONGER))
+    direct = section_chart(rising, d, chi, form, longer)
     seen = chart.forward.at(form).look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
     # An inverse chart and then a chart give back the invariants and the constants of time.

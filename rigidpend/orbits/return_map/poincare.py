@@ -20,8 +20,8 @@ import numpy as np
 
 from rigidpend.numbers import Numbers, Scalar
 from rigidpend.orbits.return_map.normal_form import MapError
-from rigidpend.orbits.return_map.precision import Precision, precision
-from rigidpend.orbits.return_map.reduced import Coefficients, reduced, rounded
+from rigidpend.orbits.return_map.precision import Precision, precision, rounded
+from rigidpend.orbits.return_map.reduced import Coefficients, reduced
 
 MOST_ITERATIONS = 60
 """Largest number of Newton's corrections of the large component."""
@@ -71,8 +71,8 @@ def _large(rising: bool, d: Scalar, cos: Any, h: Scalar, c: Coefficients, a: Pre
         Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
     else:
         # All but the last corrections are made in doubles.
-        d0, cos0, h0 = (a.floats(x) for x in (d, cos, h))
-        Q = a.array(_large(rising, d0, cos0, h0, rounded(c), precision(53)))
+        low, (d0, cos0, h0) = precision(53), (a.floats(x) for x in (d, cos, h))
+        Q = a.array(_large(rising, d0, cos0, h0, rounded(c, low), low))
     for _ in range(MOST_ITERATIONS):
         value, slope = _energy(rising, d, Q, cos, c, a)
         step = (value - h) / slope

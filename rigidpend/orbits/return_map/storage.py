@@ -266,7 +266,7 @@ def as_doubles(x: Scalar) -> Any:
 
 def from_doubles(parts: Any, a: Precision) -> Any:
     """The numbers of a precision that :func:`as_doubles` has made parts of."""
-    if a.in_sums:
+    if a.parts > 1:
         return SumArray(parts)
     # Each partial sum is a number of the precision, without a rounding.
     return np.asarray(sum(map(a.array, parts)))

@@ -24,7 +24,7 @@ from rigidpend.orbits.return_map import (
     storage,
 )
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
-from rigidpend.orbits.return_map.charts import ArcOrigin, arcs, free_growth, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, arc_ends, free_growth, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import normal_form
@@ -347,10 +347,8 @@ def test_the_stated_error_of_a_chart_is_its_factor_times_that_of_each_of_its_fun
     c, chart = coefficients(FIG4.angles(113), "1", a), made.charts[rising]
 
     def stated(**tables: ChartTable) -> tuple[float, float]:
-        length = a.number(made.orders.length)
-        return checks.held_out(
-            rising, chart._replace(**tables), made.normal_form, ArcOrigin(c, a), length, a
-        )
+        arcs = Arcs(a.number(made.orders.length), c, a)
+        return checks.held_out(rising, chart._replace(**tables), made.normal_form, arcs, a)
 
     for k in range(4):
 
@@ -418,7 +416,7 @@ def test_energies_at_which_a_map_is_checked_fill_its_interval(
     monkeypatch.setattr(checks, "TorusForm", form := Mock(side_effect=InterruptedError))
     for rising in (False, True):
         with pytest.raises(InterruptedError):
-            checks.held_out(rising, chart, nf, MagicMock(), 1.0, precision(53))
+            checks.held_out(rising, chart, nf, MagicMock(), precision(53))
         *within, high, low = form.call_args.args[1]
         parts = (np.array(within) - 1.5) * checks.LEVELS
         np.testing.assert_array_equal(np.floor(parts), np.arange(checks.LEVELS))
@@ -435,9 +433,8 @@ def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float)
     d = a.array([-0.001, 0, 0.001, -0.001, 0, 0.001, -0.0005, 0.0005])
     chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
     form = TorusForm(nf, h, a, counts, shared=[3, 2])
-    path, time, late, turned, at = arcs(
-        rising, d, chi, form, ArcOrigin(c, a), a.number(6.0), a.array([0.5])
-    )
+    arcs = Arcs(a.number(6.0), c, a)
+    path, time, late, turned, at = arc_ends(rising, d, chi, form, arcs, a.array([0.5]))
     end = states_at(c.aligned, path[:, 0], (time / 2 + late)[None], bits)[:, 0]
     missing = rotation_phase(end, c, a) - chi - turned
     assert a.largest(a.sin(missing / 2)) < off
@@ -474,8 +471,8 @@ def test_phases_at_the_ends_of_arcs_are_sharp_whatever_doubles_lead_there_and_le
 
     monkeypatch.setattr(charts, "states_at", late)
     d, chi = a.array([-0.001, 0, 0.001]), a.array([0.5, 3, 6])
-    given = rising, d, chi, Watched(nf, h, a), ArcOrigin(c, a), a.number(4.0), a.array([0.5])
-    path, _, rest, turned, _ = arcs(*given)
+    arcs = Arcs(a.number(4.0), c, a)
+    path, _, rest, turned, _ = arc_ends(rising, d, chi, Watched(nf, h, a), arcs, a.array([0.5]))
     missing = rotation_phase(states_at(c.aligned, path[:, -1], rest[None], 96)[:, 0], c, a)
     assert a.largest(a.sin((missing - chi - turned) / 2)) < 2.0**-103
     assert a.largest(seen[0]) < 3.15 < a.largest(chi + turned)
@@ -488,14 +485,9 @@ def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(ris
     a = precision(96)
     h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
     nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
-    given = (
-        rising,
-        a.array([-0.001, 0.001]),
-        a.array([0.5, 3]),
-        TorusForm(nf, h, a),
-        ArcOrigin(c, a),
-    )
-    one, other = (section_chart(*given, a.number(x)) for x in (6.0, 6.0 + 1e-13))
+    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a)
+    lengths = (a.number(x) for x in (6.0, 6.0 + 1e-13))
+    one, other = (section_chart(*given, Arcs(x, c, a)) for x in lengths)
     assert a.largest(one - other) < 1e-25
 
 

@@ -152,7 +152,7 @@ def test_triples_hold_numbers_of_every_kind_with_all_their_digits() -> None:
         assert abs(sum(map(fine.mpf, found.parts.tolist())) / x - 1) < 2.0**-159
     assert (a.zeros((2, 4)).parts == np.zeros((3, 2, 4))).all()
     np.testing.assert_array_equal(a.floats(a.array([0.1, 2])), [0.1, 2.0])
-    assert (a.bits, a.parts, a.in_pairs, a.epsilon) == (148, 3, False, 2.0**-147)
+    assert (a.bits, a.parts, a.epsilon) == (148, 3, 2.0**-147)
 
 
 def test_sums_become_numbers_of_other_precisions() -> None:

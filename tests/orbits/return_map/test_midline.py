@@ -14,7 +14,7 @@ from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.states import first_crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, looks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
-from rigidpend.orbits.return_map.charts import ArcOrigin, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, fourier_basis, phases
 from rigidpend.orbits.return_map.looks import Layer, Rough, midlines
@@ -147,13 +147,13 @@ def test_surfaces_lie_at_equal_distances_from_their_midline(rising: bool) -> Non
     lines = midlines(looked, 0.0, 1e-12 * looked.displacement)
     nf = normal_form(looked.c, Interval(looked.h, 0.0, 1), 7, 15, 0.0, DOUBLES, theta3=False)
     form, chi = TorusForm(nf, np.full(1, looked.h), DOUBLES), phases(n, DOUBLES)
-    origin = ArcOrigin(looked.c, DOUBLES, lines)
-    found = section_chart(rising, 0 * chi, chi, form, origin, looked.arc_length(1e-4))
+    arcs = Arcs(looked.arc_length(1e-4), looked.c, DOUBLES, lines)
+    found = section_chart(rising, 0 * chi, chi, form, arcs)
     value = found[0 if rising else 1]
     even = value + value[-np.arange(n)]
     assert np.abs(even).max() < 10 * 0.001 / 1.3342 * np.abs(value).max()
     # Without it most of the displacement remains.
-    plain = section_chart(rising, 0 * chi, chi, form, ArcOrigin(looked.c, DOUBLES), 5.0)
+    plain = section_chart(rising, 0 * chi, chi, form, Arcs(5.0, looked.c, DOUBLES))
     assert np.abs(plain[0 if rising else 1]).max() > 2 * np.abs(value).max()
 
 
@@ -290,14 +290,14 @@ def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_th
     bits: int, narrower: int, width: float, arcs: tuple[int, int], monkeypatch: Any
 ) -> None:
     design, asked = FIRST._replace(narrower=narrower), list[Any]()
-    given: Any = Mock(n_energy=1)
+    given: Any = Mock(n_energy=1, length=5.0)
 
     def stopped(*made: Any) -> Any:
-        asked.append(made[1])
+        asked.append(made[2])
         raise InterruptedError
 
     monkeypatch.setattr(build, "building_seconds", lambda *_, in_triples, **__: float(in_triples))
-    monkeypatch.setattr(build, "ArcOrigin", stopped)
+    monkeypatch.setattr(build, "Arcs", stopped)
     layer = Layer(1.0, (2.0**-width, 2.0 ** (1 - width)))
     with pytest.raises(InterruptedError):
         build.build(DEEP, *ENDS, bits, design, by=(layer, given))
