@@ -254,15 +254,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     """
     layer, planned = plan(body, low, high, bits, design)
     a, rough = precision(table_bits(bits)), _rough(body, (low + high) / 2, design)
-    return _building_seconds(rough, planned, a, _of_arcs(a, layer, design), design)
-
-
-def _building_seconds(
-    rough: Rough, planned: Orders, a: Precision, sharp: Precision, design: Design
-) -> float:
-    """Expected seconds of a core for one attempt, with tables and with arcs of two precisions."""
-    given = rough, planned, a.bits
-    return building_seconds(*given, theta3=design.theta3, in_triples=sharp.parts == 3)
+    return building_seconds(rough, planned, a, _of_arcs(a, layer, design), theta3=design.theta3)
 
 
 def _rough(body: Body, h: Exact, design: Design) -> Rough:
@@ -282,18 +274,23 @@ def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan
     if isinstance(found, MapError):
         # A new one, because an exception that is kept would gather the traces of all its raises.
         raise MapError(str(found))
-    more = NARROW_BITS if design.narrower else 0
-    below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS + more)
-    target = min(2.0**-bits, _allowed(bits) / below)
-    # In doubles, terms below the roundings of a finished map gain nothing.
-    inner = min(_allowed(bits) / INNER, LEAST_ROUNDINGS * 2.0**-bits)
+    # Sizes of the first terms left out of tables, and of the normal form.
+    if _allowed(bits) > (rounding := 2.0**-bits):
+        # Terms below the roundings of a finished map gain nothing.
+        target, inner = rounding, LEAST_ROUNDINGS * rounding
+    else:
+        margin = MARGIN_BITS + NARROW_BITS * bool(design.narrower)
+        target, inner = 2.0 ** -(table_bits(bits) + margin), rounding / INNER
     unit, half = float(design.unit), (ends[1] - ends[0]) / 2
     planned = orders(found[0], half, *found[1:], target, inner)
     return found[1].in_unit(unit), planned.designed(unit, design.arc_stretch, design.more_terms)
 
 
 def _allowed(bits: int) -> float:
-    """The largest error that a finished map may have, relative."""
+    """The largest error that a finished map may have, relative.
+
+    It is a rounding of the map where its tables are sharper, other than in doubles.
+    """
     return 2.0**-bits * (ALLOWED_ROUNDINGS if bits in (53, table_bits(bits)) else 1.0)
 
 
@@ -350,7 +347,7 @@ def build(
     spent, before = 0.0, math.inf
     for attempt in itertools.count(1):
         sharp = _of_arcs(a, layer, design)
-        spent += _building_seconds(rough, planned, a, sharp, design)
+        spent += building_seconds(rough, planned, a, sharp, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)

@@ -296,7 +296,7 @@ def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_th
         asked.append(made[2])
         raise InterruptedError
 
-    monkeypatch.setattr(build, "building_seconds", lambda *_, in_triples, **__: float(in_triples))
+    monkeypatch.setattr(build, "building_seconds", lambda *_, **__: 0.0)
     monkeypatch.setattr(build, "Arcs", stopped)
     layer = Layer(1.0, (2.0**-width, 2.0 ** (1 - width)))
     with pytest.raises(InterruptedError):
@@ -322,7 +322,7 @@ def test_a_narrow_map_is_expected_to_cost_what_arcs_in_triples_do() -> None:
     design = FIRST._replace(narrower=NARROWER)
     for bits, tables, triples in ((64, 70, True), (53, 59, False)):
         _, planned = build.plan(DEEP, *ENDS, bits, design)
-        given = rough(DEEP, H), planned, tables
-        costs = [building_seconds(*given, theta3=False, in_triples=x) for x in (False, True)]
+        given = rough(DEEP, H), planned, precision(tables)
+        costs = [building_seconds(*given, x, theta3=False) for x in (given[2], in_triples(124))]
         assert costs[0] < costs[1]
         assert build.expected_cost(DEEP, *ENDS, bits, design) == costs[triples]
