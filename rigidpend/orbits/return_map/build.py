@@ -19,11 +19,11 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map.charts import Arcs, Chart, Charts, forward_table, inverse_table
-from rigidpend.orbits.return_map.checks import Errors, held_out, tails
+from rigidpend.orbits.return_map.charts import Arcs, Charts, section_charts
+from rigidpend.orbits.return_map.checks import Errors, measured
 from rigidpend.orbits.return_map.expansions import Interval
-from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking, looks
-from rigidpend.orbits.return_map.midline import Midlines
+from rigidpend.orbits.return_map.looks import Rough, Shrinking, looks
+from rigidpend.orbits.return_map.midline import Layer, Midlines
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import Orders, building_seconds, orders
 from rigidpend.orbits.return_map.passage import EnergyLevel
@@ -338,12 +338,10 @@ def build(
     # Digits for the sharpest tables that a later attempt may turn to.
     p = body.angles(max(a.bits, TRIPLE_BITS[1] if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
     rough = _rough(body, (low + high) / 2, design)
-    scale = exact(design.unit) ** 2
-    exponent = _floquet_exponent(body, float(low), float(high))
-    allowed = _allowed(bits)
+    exponent, allowed = _floquet_exponent(body, float(low), float(high)), _allowed(bits)
     layer, planned = by or plan(body, low, high, bits, design)
     # Exact up to here: each of them is rounded once.
-    middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
+    middle, half = (x / 2 * exact(design.unit) ** 2 for x in (low + high, high - low))
     spent, before = 0.0, math.inf
     for attempt in itertools.count(1):
         sharp = _of_arcs(a, layer, design)
@@ -351,11 +349,13 @@ def build(
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)
-        arcs = Arcs(
-            a.number(planned.length), coefficients(p, design.unit, sharp), sharp, layer.midlines
-        )
-        given = arcs, rough, energies, layer, planned, exponent, a
-        nf, charts, errors = _attempt(*given, theta3=design.theta3)
+        c = coefficients(p, design.unit, sharp)
+        arcs = Arcs(a.number(planned.length), c, sharp, layer.midlines)
+        sizes = planned.degree, planned.n_phase_orbit, rough.border(max(layer.widths))
+        nf = normal_form(rounded(arcs.c, a), energies, *sizes, a, theta3=design.theta3)
+        nodes = planned.n_x, planned.n_phase, planned.n_phase_inverse
+        charts = section_charts(layer, *nodes, nf, arcs, a)
+        errors = measured(charts, nf, arcs, exponent, a)
         if errors.largest < allowed:
             break
         # Where more terms give nothing roundings decide, and no more terms are tried.
@@ -385,40 +385,6 @@ def build(
         layer.midlines,
         spent,
     )
-
-
-def _attempt(
-    arcs: Arcs,
-    rough: Rough,
-    energies: Interval,
-    layer: Layer,
-    o: Orders,
-    exponent: float,
-    a: Precision,
-    *,
-    theta3: bool,
-) -> tuple[NormalForm, Charts, Errors]:
-    """The normal form and the charts of given orders, with their measured errors."""
-    c, border = rounded(arcs.c, a), rough.border(max(layer.widths))
-    nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
-    charts, found = [], []
-    for rising in (False, True):
-        width = a.number(layer.widths[rising])
-        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, arcs, a)
-        reach = a.number(layer.widest_I)
-        inverse = inverse_table(rising, forward, reach, o.n_phase_inverse, nf, a)
-        charts.append(Chart(forward, inverse))
-        found.append(held_out(rising, charts[-1], nf, arcs, a))
-    cut = [tails(table) for chart in charts for table in chart]
-    middle = float(nf.energies.basis(energies.centre, a) @ nf.exponent[:, 0])
-    errors = Errors(
-        nf.disagreement,
-        abs(middle - exponent),
-        max(chart for chart, _ in found),
-        max(inverse for _, inverse in found),
-        *(max(tail) for tail in zip(*cut, strict=True)),
-    )
-    return nf, (charts[0], charts[1]), errors
 
 
 def _of_arcs(a: Precision, layer: Layer, design: Design) -> Precision:

@@ -26,7 +26,7 @@ from rigidpend.numbers import Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import gauss
-from rigidpend.orbits.return_map.midline import NONE, Midlines
+from rigidpend.orbits.return_map.midline import NONE, Layer, Midlines
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, state_of
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, rounded
@@ -265,6 +265,24 @@ def inverse_table(
         return np.stack((d, chi - s, *value[2:]))
 
     return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE_POWER, a)
+
+
+def section_charts(
+    layer: Layer,
+    n_x: int,
+    n_phase: int,
+    n_phase_inverse: int,
+    nf: NormalForm,
+    arcs: Arcs,
+    a: Precision,
+) -> Charts:
+    """The charts of both sections over a layer, by n_x nodes and two numbers of phases."""
+    found = []
+    for rising in (False, True):
+        width, reach = a.number(layer.widths[rising]), a.number(layer.widest_I)
+        forward = forward_table(rising, width, n_x, n_phase, nf, arcs, a)
+        found.append(Chart(forward, inverse_table(rising, forward, reach, n_phase_inverse, nf, a)))
+    return found[0], found[1]
 
 
 def _solved(

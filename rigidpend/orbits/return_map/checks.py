@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.orbits.return_map.charts import Arcs, Chart, invariants, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, Chart, Charts, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
@@ -62,6 +62,22 @@ class Errors(NamedTuple):
     def largest(self) -> float:
         """The largest error that is measured in the precision of the tables."""
         return max(self.exponents, self.charts, self.inverse)
+
+
+def measured(charts: Charts, nf: NormalForm, arcs: Arcs, exponent: float, a: Precision) -> Errors:
+    """The errors of charts and of their normal form; `exponent` is that of Floquet, in doubles."""
+    of_charts, of_inverses = zip(
+        *(held_out(rising, charts[rising], nf, arcs, a) for rising in (False, True)), strict=True
+    )
+    cut = (tails(table) for chart in charts for table in chart)
+    middle = float(nf.energies.basis(nf.energies.centre, a) @ nf.exponent[:, 0])
+    return Errors(
+        nf.disagreement,
+        abs(middle - exponent),
+        max(of_charts),
+        max(of_inverses),
+        *(max(tail) for tail in zip(*cut, strict=True)),
+    )
 
 
 def held_out(

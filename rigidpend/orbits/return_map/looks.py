@@ -18,12 +18,12 @@ from rigidpend.orbits.return_map.charts import (
     Arcs,
     arc_ends,
     forward_table,
-    inverse_table,
     section_chart,
+    section_charts,
 )
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
-from rigidpend.orbits.return_map.midline import NONE, Midlines, midline
+from rigidpend.orbits.return_map.midline import Layer, Midlines, midline
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form, powers
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
@@ -89,23 +89,6 @@ NEAREST = 2.0**-11
 """Least width, over the rate of separatrices, for which arcs to midlines are made longer."""
 ENDS = 16
 """Phases at the ends of a table's width at which the second look measures where arcs end."""
-
-
-class Layer(NamedTuple):
-    """The layer of orbits that the tables are to cover."""
-
-    widest_I: float
-    """Largest |I|."""
-    widths: tuple[float, float]
-    """Largest |d|, counted from the midlines, on downward and upward crossings."""
-    midlines: Midlines = NONE
-
-    def in_unit(self, unit: float) -> Layer:
-        """The same layer in another unit of M."""
-        # I = u v is of second order in M, d of first.
-        down, up = (x * unit for x in self.widths)
-        lines = self.midlines[0].in_unit(unit), self.midlines[1].in_unit(unit)
-        return Layer(self.widest_I * unit**2, (down, up), lines)
 
 
 class Rough(NamedTuple):
@@ -336,13 +319,9 @@ def second_look(body: Rough, layer: Layer, c: Coefficients, a: Precision) -> Shr
             f"mu is too large: the normal form shrinks so slowly over the layer around the"
             f" separatrices, |d| up to {width:.2g}, that it takes the degree {degree}"
         )
-    tables = []
-    for rising in (False, True):
-        sizes = rising, a.number(layer.widths[rising]), body.nodes(width, DOUBLES), nf.n
-        forward = forward_table(*sizes, nf, arcs, a)
-        reach = a.number(layer.widest_I)
-        tables += [forward, inverse_table(rising, forward, reach, nf.n, nf, a)]
-    by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
+    charts = section_charts(layer, body.nodes(width, DOUBLES), nf.n, nf.n, nf, arcs, a)
+    found = (_by_order(table) for chart in charts for table in chart)
+    by_x, by_phase = zip(*found, strict=True)
     return Shrinking(by_degree, by_x, by_phase, float(nf.exponent[0, 0]))
 
 

@@ -55,6 +55,23 @@ NONE: Midlines = (Midline(np.zeros((1, 1))), Midline(np.zeros((1, 1))))
 """The lines d = 0."""
 
 
+class Layer(NamedTuple):
+    """The layer of orbits that the tables are to cover."""
+
+    widest_I: float
+    """Largest |I|."""
+    widths: tuple[float, float]
+    """Largest |d|, counted from the midlines, on downward and upward crossings."""
+    midlines: Midlines = NONE
+
+    def in_unit(self, unit: float) -> Layer:
+        """The same layer in another unit of M."""
+        # I = u v is of second order in M, d of first.
+        down, up = (x * unit for x in self.widths)
+        lines = self.midlines[0].in_unit(unit), self.midlines[1].in_unit(unit)
+        return Layer(self.widest_I * unit**2, (down, up), lines)
+
+
 def midline(surface: Any, least: float) -> Midline:
     """The midline from a surface's d at Chebyshev nodes of the energy and phases: (E, phases).
 

@@ -232,7 +232,7 @@ def test_no_further_terms_are_tried_where_they_give_nothing_in_the_most_bits(
     monkeypatch: pytest.MonkeyPatch, bits: int, attempts: int
 ) -> None:
     """Tables of fewer bits than pairs have are made again in all of these first."""
-    monkeypatch.setattr(build, "held_out", held := Mock(return_value=(1e-3, 1e-3)))
+    monkeypatch.setattr(checks, "held_out", held := Mock(return_value=(1e-3, 1e-3)))
     with pytest.raises(MapError, match=f"in the last of {attempts} attempts they err by 0.001"):
         build.build(FIG4, exact(H), exact(H), bits)
     # Downward and upward, where each attempt halves the error they go on to the fourth.

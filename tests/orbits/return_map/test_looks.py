@@ -10,13 +10,13 @@ from rigidpend import Body
 from rigidpend.orbits.return_map import MapError, looks, normal_form
 from rigidpend.orbits.return_map.looks import (
     LARGEST_RADIUS,
-    Layer,
     Rough,
     first_look,
     least_degree,
     second_look,
     whole_reach,
 )
+from rigidpend.orbits.return_map.midline import Layer
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4

@@ -17,8 +17,8 @@ from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
 from rigidpend.orbits.return_map.charts import Arcs, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, fourier_basis, phases
-from rigidpend.orbits.return_map.looks import Layer, Rough, midlines
-from rigidpend.orbits.return_map.midline import Midline, midline
+from rigidpend.orbits.return_map.looks import Rough, midlines
+from rigidpend.orbits.return_map.midline import Layer, Midline, midline
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.orders import building_seconds
 from rigidpend.orbits.return_map.passage import SectionPoint
