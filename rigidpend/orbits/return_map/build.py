@@ -54,7 +54,7 @@ NARROW_BITS = 5
 
 With none two of seven maps took a second attempt; with five none of nineteen did."""
 INNER = 32.0
-"""Factor by which the first terms of the normal form left out are below the allowed error.
+"""Factor by which the first terms of the normal form left out are below a rounding of the map.
 
 With 11 bodies drawn by lot charts stated 5e-4 to 1.6 of it, where these terms came to just that.
 Where passages take 36 to 53 rotations, smaller terms leave up to a seventh fewer orbits open."""
@@ -274,23 +274,24 @@ def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan
     if isinstance(found, MapError):
         # A new one, because an exception that is kept would gather the traces of all its raises.
         raise MapError(str(found))
-    # Sizes of the first terms left out of tables, and of the normal form.
-    if _allowed(bits) > (rounding := 2.0**-bits):
-        # Terms below the roundings of a finished map gain nothing.
-        target, inner = rounding, LEAST_ROUNDINGS * rounding
-    else:
-        margin = MARGIN_BITS + NARROW_BITS * bool(design.narrower)
-        target, inner = 2.0 ** -(table_bits(bits) + margin), rounding / INNER
     unit, half = float(design.unit), (ends[1] - ends[0]) / 2
-    planned = orders(found[0], half, *found[1:], target, inner)
+    planned = orders(found[0], half, *found[1:], *_left_out(bits, design))
     return found[1].in_unit(unit), planned.designed(unit, design.arc_stretch, design.more_terms)
 
 
-def _allowed(bits: int) -> float:
-    """The largest error that a finished map may have, relative.
+def _left_out(bits: int, design: Design) -> tuple[float, float]:
+    """The sizes of the first terms to be left out of tables and of the normal form, relative."""
+    rounding = 2.0**-bits
+    if _allowed(bits) > rounding:
+        # Terms below the roundings of a finished map gain nothing.
+        return rounding, LEAST_ROUNDINGS * rounding
+    margin = MARGIN_BITS + (NARROW_BITS if design.narrower else 0)
+    return 2.0 ** -(table_bits(bits) + margin), rounding / INNER
 
-    It is a rounding of the map where its tables are sharper, other than in doubles.
-    """
+
+def _allowed(bits: int) -> float:
+    """The largest error that a finished map may have, relative."""
+    # A rounding where its tables are sharper, other than in doubles.
     return 2.0**-bits * (ALLOWED_ROUNDINGS if bits in (53, table_bits(bits)) else 1.0)
 
 

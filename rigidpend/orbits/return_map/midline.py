@@ -6,6 +6,7 @@ tables of such bodies hold d less the midline: what is left is as small as the l
 
 The reversor maps one surface to the other and (d, chi) to (d, -chi). So the midline is the even
 part of either surface in chi, a series of cosines, and half of their splitting is the odd part.
+The layer of orbits that tables cover lies around both midlines, or around d = 0 without them.
 """
 
 from __future__ import annotations
