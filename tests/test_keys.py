@@ -67,7 +67,6 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
         low=(H, exact("1.3341")),
         high=(H, exact("1.3343")),
         bits=(53, 64),
-        table=(64, 53),
         **dict(zip(WITH_THETA3._fields, zip(WITH_THETA3, other, strict=True), strict=True)),
     )
 

@@ -98,6 +98,11 @@ class Rough(NamedTuple):
     h: float
 
     @property
+    def nu(self) -> float:
+        """The paper's nu, pi kappa/sin(alpha0)."""
+        return math.pi * self.c.aligned.kappa / (2 * self.c.aligned.half_sigma)
+
+    @property
     def displacement(self) -> float:
         """Size of d on the surfaces, to first order in mu.
 
@@ -105,9 +110,8 @@ class Rough(NamedTuple):
         (pi/2)/sqrt(1 + nu^2) of what it does in the time 1/`rate`.
         """
         k = self.c.aligned
-        nu = math.pi * k.kappa / (2 * k.half_sigma)
         force = max(abs(k.force_p), abs(k.force_m))
-        return force * math.pi / 2 / (math.hypot(1, nu) * self.rate)
+        return force * math.pi / 2 / (math.hypot(1, self.nu) * self.rate)
 
     @property
     def rate(self) -> float:
@@ -194,8 +198,7 @@ def whole_reach(body: Rough) -> float:
     Raises MapError if nothing is split, or too little.
     """
     _check_weight(body)
-    k = body.c.aligned
-    wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
+    wide = layer_width(body.nu)
     if wide < THINNEST:
         # The width of nearly symmetric bodies may underflow to zero.
         told = f"some {wide:.1g}" if wide else "less than 1e-300"
@@ -229,7 +232,7 @@ def first_look(body: Rough, reach: float) -> Layer:
         table = forward_table(rising, guess, n_x, n_phase, nf, arcs, a)
         # Without weight I = 0 along d = 0: there its size measures the splitting.
         at = phases(36, a)
-        seen = table.at(TorusForm(nf, np.full(1, h), a)).look_up_slopes(0 * at, at, a)
+        seen = table.at(TorusForm(nf, nf.energies.nodes(a), a)).look_up_slopes(0 * at, at, a)
         U, V = seen.value[:2]
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))
