@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, NamedTuple, TypeAlias
@@ -36,7 +35,7 @@ from rigidpend.orbits.return_map.precision import (
     precision,
     rounded,
 )
-from rigidpend.orbits.return_map.program import Entry, Program, entry, program
+from rigidpend.orbits.return_map.program import Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 
 ALLOWED_ROUNDINGS = 2.0**13
@@ -202,25 +201,22 @@ class ReturnMap:
         come to this size, relative, are left out, so that the program errs by as much. Raises
         MapError if the normal form does not reach as far as `most_Qp`.
         """
-        key = (bits, least_Qp, most_Qp, coarse)
-        if key not in self._programs:
-            starts = self._entry(least_Qp, most_Qp)
+        starts, a = (least_Qp, most_Qp), precision(self.bits)
+        key = bits, *starts, coarse
+        if key not in self._kept:
+            # Programs of different precisions with the same starts share their table.
+            if starts not in self._kept:
+                self._kept[starts] = entry(self.normal_form, *starts, a)
             # In doubles, terms that together come to a fourth of a rounding are without effect.
             threshold = max(self.left_out, coarse, 2.0**-55 if bits == 53 else 0.0)
-            given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
-            self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
-        return self._programs[key]
+            given = self.normal_form, self.charts, self._kept[starts], threshold, a
+            self._kept[key] = program(*given, 53 if bits == 53 else PAIRS)
+        return self._kept[key]
 
     # Cached properties are not fields, and so are free of the class's being frozen.
     @functools.cached_property
-    def _programs(self) -> dict[tuple[Any, ...], Program]:
+    def _kept(self) -> dict[tuple[Any, ...], Any]:
         return {}
-
-    @functools.cached_property
-    def _entry(self) -> Callable[[Any, Any], Entry]:
-        # Programs of different precisions with the same starts share their table.
-        a = precision(self.bits)
-        return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
 
     @functools.cached_property
     def coefficients(self) -> Coefficients:

@@ -259,8 +259,7 @@ class _Finder:
         # terms of lower degrees leave; multiplied by P^-1 it belongs to u and v.
         self._tell(D, [np.zeros_like(self.P, shape=(D + 1, *self.P.shape[2:]))] * 2)
         known = [self._beside(flow, D, Q.parts) for flow, Q in zip(self.flow, self.Q, strict=False)]
-        (a, b), (c, d) = self.inverse
-        rest = [a * known[0] + b * known[1], c * known[0] + d * known[1]]
+        rest = [row[0] * known[0] + row[1] * known[1] for row in self.inverse]
         # The resonant terms are u I^k and v I^k: no divisor is left for their means.
         k = D // 2
         growth, decay = self._mean(rest[0][k + 1]), -self._mean(rest[1][k])

@@ -498,3 +498,58 @@ def test_an_arc_that_is_longer_by_a_turn_ends_a_turn_later(side: int) -> None:
     turn = 2 * math.pi / math.sqrt(2 * h * float(c.aligned.kappa))
     first, second = (free_growth(side, x, h, c, a) for x in (5.0, 5.0 + turn))
     assert second - first == pytest.approx(2 * math.pi * side)
+
+
+@pytest.mark.parametrize(
+    ("bits", "narrower", "tables", "form"),
+    [
+        # Terms below the roundings of a finished map gain nothing.
+        (53, 0, -53, -48),
+        (53, 9, -53, -48),
+        (64, 0, -72, -69),
+        (64, 9, -77, -69),
+        (90, 0, -98, -95),
+        # Their tables have no more bits than they have.
+        (91, 0, -91, -86),
+        (91, 9, -91, -86),
+        (113, 0, -113, -108),
+    ],
+)
+def test_terms_are_left_out_by_what_a_map_of_its_bits_may_err(
+    bits: int, narrower: int, tables: int, form: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "_looked", lambda *_: (None, MagicMock(), None))
+    monkeypatch.setattr(build, "orders", planned := Mock())
+    build.plan(FIG4, exact(H), exact(H), bits, FIRST._replace(narrower=narrower))
+    assert planned.call_args.args[-2:] == (2.0**tables, 2.0**form)
+
+
+@pytest.mark.parametrize("rising", [False, True], ids=["downward", "upward"])
+def test_charts_have_the_widths_of_the_layer_and_the_nodes_of_their_orders(rising: bool) -> None:
+    """The chart of downward crossings is of another width than that of upward ones."""
+    task = FIG4, exact(H), exact(H), 53, SECOND
+    layer, planned = build.plan(*task)
+    planned = planned._replace(n_phase_inverse=planned.n_phase + 2)
+    chart = build.build(*task, by=(layer, planned)).charts[rising]
+    assert layer.widths[0] != pytest.approx(layer.widths[1], rel=1e-3)
+    assert (chart.forward.width, chart.inverse.width) == (layer.widths[rising], layer.widest_I)
+    sizes = planned.n_x, planned.n_phase, planned.n_phase_inverse
+    found = chart.forward.n_x, chart.forward.n_phase, chart.inverse.n_phase
+    assert found == sizes
+    assert chart.inverse.n_x == planned.n_x
+
+
+def test_errors_of_a_map_are_the_largest_of_both_sections(monkeypatch: pytest.MonkeyPatch) -> None:
+    a, sections, cut = precision(53), Mock(), Mock()
+    sections.side_effect = [(1.0, 4.0), (3.0, 2.0)]
+    cut.side_effect = [(0.1, 0.2, 0.3), (0.4, 0.1, 0.1), (0.2, 0.6, 0.1), (0.1, 0.1, 0.5)]
+    monkeypatch.setattr(checks, "held_out", sections)
+    monkeypatch.setattr(checks, "tails", cut)
+    # Lambda_0 in the middle of the energies, where the polynomials are 1, 0 and -1: 0.6.
+    rates = np.array([[0.7], [0.2], [0.1]])
+    nf: Any = Mock(disagreement=0.25, exponent=rates, energies=Interval(1.0, 0.5, 3))
+    charts: Any = (("down", "its inverse"), ("up", "its inverse"))
+    found = checks.measured(charts, nf, Mock(), 0.5, a)
+    assert found.floquet == pytest.approx(0.1)
+    assert found == checks.Errors(0.25, found.floquet, 3.0, 4.0, 0.4, 0.6, 0.5)
+    assert [call.args[:2] for call in sections.call_args_list] == [(0, charts[0]), (1, charts[1])]
