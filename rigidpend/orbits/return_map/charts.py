@@ -80,13 +80,7 @@ class Arcs(NamedTuple):
         return state_of(rising, d, cos, sin, np.repeat(h, sizes), self.c, a)
 
 
-def section_chart(
-    rising: bool,
-    d: Scalar,
-    chi: Scalar,
-    form: TorusForm,
-    arcs: Arcs,
-) -> Any:
+def section_chart(rising: bool, d: Scalar, chi: Scalar, form: TorusForm, arcs: Arcs) -> Any:
     """U, V, and the constants of time t' and theta3, at N points of the section: (4, N).
 
     The points are at d from the midline, and chi. Upward (`rising`) crossings lie beside separatrix
@@ -116,12 +110,7 @@ def section_chart(
 
 
 def arc_ends(
-    rising: bool,
-    d: Scalar,
-    chi: Scalar,
-    form: TorusForm,
-    arcs: Arcs,
-    shares: Scalar,
+    rising: bool, d: Scalar, chi: Scalar, form: TorusForm, arcs: Arcs, shares: Scalar
 ) -> tuple[Any, Any, Any, Any, NormalPoint]:
     """The arcs from N points of the section towards the periodic orbit, and u and v where they end.
 
@@ -232,13 +221,7 @@ class Invariants(NamedTuple):
 
 
 def forward_table(
-    rising: bool,
-    width: Scalar,
-    n_x: int,
-    n_phase: int,
-    nf: NormalForm,
-    arcs: Arcs,
-    a: Precision,
+    rising: bool, width: Scalar, n_x: int, n_phase: int, nf: NormalForm, arcs: Arcs, a: Precision
 ) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
 

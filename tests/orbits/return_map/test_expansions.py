@@ -199,3 +199,4 @@ def test_records_are_rounded_with_all_that_they_hold_but_doubles() -> None:
     assert array.shape == (1,)
     low = rounded(inner, precision(53))
     assert (low, type(low.centre)) == (Interval(1 / 3, 0.1, 3), np.float64)
+    assert not isinstance(rounded(inner, precision(200)).centre, np.ndarray)

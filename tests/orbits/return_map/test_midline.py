@@ -11,10 +11,10 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import context, exact
-from rigidpend.orbits.integrate.states import first_crossings
+from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, looks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
-from rigidpend.orbits.return_map.charts import Arcs, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, arc_ends, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, fourier_basis, phases
 from rigidpend.orbits.return_map.looks import Rough, midlines
@@ -23,7 +23,7 @@ from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.orders import building_seconds
 from rigidpend.orbits.return_map.passage import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
-from rigidpend.orbits.return_map.precision import in_triples, precision
+from rigidpend.orbits.return_map.precision import in_triples, precision, rounded
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.surfaces import surface_orbits
 from tests.bodies import FIG4
@@ -326,3 +326,18 @@ def test_a_narrow_map_is_expected_to_cost_what_arcs_in_triples_do() -> None:
         costs = [building_seconds(*given, x, theta3=False) for x in (given[2], in_triples(124))]
         assert costs[0] < costs[1]
         assert build.expected_cost(DEEP, *ENDS, bits, design) == costs[triples]
+
+
+@SIDES
+def test_arcs_run_with_all_digits_of_the_sums_in_which_they_begin(rising: bool) -> None:
+    """Coefficients in pairs would leave 2^-104; states at the end are rounded to pairs."""
+    body, a, sharp = Body((2, 1, "1.5"), (1, 1, 0), "1e-12"), precision(96), in_triples(148)
+    h, length = exact(H), 20 * math.log(2) / rough(body, H).rate
+    c, fine = (coefficients(body.angles(240), "1", x) for x in (sharp, FINE))
+    nf = normal_form(rounded(c, a), Interval(a.number(h), a.number(0), 1), 3, 5, 0.1, a)
+    form, arcs = TorusForm(nf, nf.energies.nodes(a), a), Arcs(a.number(length), c, sharp)
+    d, chi = [1e-13], [0.5]
+    path, time, *_ = arc_ends(rising, a.array(d), a.array(chi), form, arcs, a.zeros((0,)))
+    begin = section_state(rising, FINE.array(d), FINE.array(chi), FINE.array(form.h), fine, FINE)
+    true = states_at(fine.aligned, begin, FINE.array(time)[None], 200)[:, 0]
+    assert FINE.largest(FINE.array(path[:, -1]) - true) < 2.0**-106
