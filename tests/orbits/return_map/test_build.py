@@ -29,7 +29,7 @@ from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.poincare import rotation_phase
-from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.precision import Precision, in_triples, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import ChartTable
 from scripts import stated_maps
@@ -489,6 +489,20 @@ def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(ris
     lengths = (a.number(x) for x in (6.0, 6.0 + 1e-13))
     one, other = (section_chart(*given, Arcs(x, c, a)) for x in lengths)
     assert a.largest(one - other) < 1e-25
+
+
+@pytest.mark.parametrize("rising", [False, True])
+def test_charts_are_in_pairs_whatever_sums_their_arcs_run_in(rising: bool) -> None:
+    """With theta3, which is a sum over the arc."""
+    a, sharp = precision(96), in_triples(124)
+    h = a.array([1.3342])
+    c, sharper = (coefficients(FIG4.angles(200), "1", x) for x in (a, sharp))
+    form = TorusForm(normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a), h, a)
+    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), form
+    one = section_chart(*given, Arcs(a.number(6.0), c, a))
+    other = section_chart(*given, Arcs(a.number(6.0), sharper, sharp))
+    assert one.parts.shape == other.parts.shape == (2, 4, 2)
+    assert a.largest(one - other) < 1e-26
 
 
 @pytest.mark.parametrize("side", [1, -1])
