@@ -423,6 +423,18 @@ def test_energies_at_which_a_map_is_checked_fill_its_interval(
         assert (low, high) == (1.5, 2.5)
 
 
+def test_charts_are_checked_by_arcs_longer_by_a_twentieth(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whose ends would otherwise be those of the charts' own."""
+    a, made = precision(53), return_map(FIG4, h=H)
+    monkeypatch.setattr(checks, "section_chart", ends := Mock(side_effect=InterruptedError))
+    arcs = Arcs(4.0, coefficients(FIG4.angles(), "1", a), a)
+    with pytest.raises(InterruptedError):
+        checks.held_out(True, made.charts[True], made.normal_form, arcs, a)
+    longer = ends.call_args.args[-1]
+    assert longer == arcs._replace(length=longer.length)
+    assert longer.length == pytest.approx(4.2)
+
+
 @pytest.mark.parametrize("rising", [False, True])
 @pytest.mark.parametrize(("bits", "off"), [(53, 1e-13), (96, 1e-28), (113, 1e-32)])
 def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float) -> None:
