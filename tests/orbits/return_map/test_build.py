@@ -152,6 +152,14 @@ def test_a_map_is_shown_in_two_lines() -> None:
     assert second == f" h = 1.3332 to 1.3352, 53 bits, errors of its tables up to {worst:.2g}>"
 
 
+def test_programs_of_the_same_starts_share_their_table() -> None:
+    made, starts = return_map(FIG4, h=H), (1e-5, 2e-5)
+    one, other = made.program(53, *starts), made.program(53, *starts, coarse=1e-9)
+    assert one is made.program(53, *starts)
+    assert one is not other
+    assert one.starts is other.starts is not made.program(53, 1e-5, 3e-5).starts
+
+
 @pytest.mark.slow
 def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
