@@ -16,10 +16,10 @@ import numpy as np
 from rigidpend.experiments.bench.problems import drawn
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST
-from rigidpend.orbits.return_map.charts import ArcOrigin, invariants, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import normal_form
-from rigidpend.orbits.return_map.precision import MOST_IN_TRIPLES, in_triples, precision
+from rigidpend.orbits.return_map.precision import TRIPLE_BITS, in_triples, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import Looked
 from rigidpend.routes.problem import RouteProblem, narrower
@@ -42,9 +42,9 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
     """
     a, o, nf = precision(FINER), made.orders, made.normal_form
     c = coefficients(made.body.angles(FINER + 32), made.design.unit, a)
-    sharp = in_triples(MOST_IN_TRIPLES)
+    sharp = in_triples(TRIPLE_BITS[1])
     sharper = coefficients(made.body.angles(sharp.bits + 32), made.design.unit, sharp)
-    origin = ArcOrigin(sharper, sharp, made.midlines)
+    arcs = Arcs(a.number(o.length * SHORTER), sharper, sharp, made.midlines)
     energies = nf.energies._replace(n=o.n_energy + 4 if o.n_energy > 1 else 1)
     sizes = o.degree + 12, o.n_phase_orbit + 8
     finer = normal_form(c, energies, *sizes, nf.radius, a, theta3=nf.theta3)
@@ -56,7 +56,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
         forms = TorusForm(nf, h, a), TorusForm(finer, h, a)
 
         def true(d: Any, chi: Any, rising: int = rising, form: TorusForm = forms[1]) -> Any:
-            return section_chart(bool(rising), d, chi, form, origin, a.number(o.length * SHORTER))
+            return section_chart(bool(rising), d, chi, form, arcs)
 
         forward, inverse = chart.at(forms[0])
         d = forward.width * share

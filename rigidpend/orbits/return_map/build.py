@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, NamedTuple, TypeAlias
@@ -19,32 +18,25 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map.charts import (
-    ArcOrigin,
-    Chart,
-    Charts,
-    forward_table,
-    inverse_table,
-)
-from rigidpend.orbits.return_map.checks import Errors, held_out, tails
+from rigidpend.orbits.return_map.charts import Arcs, Charts, section_charts
+from rigidpend.orbits.return_map.checks import Errors, measured
 from rigidpend.orbits.return_map.expansions import Interval
-from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking, looks
-from rigidpend.orbits.return_map.midline import Midlines
+from rigidpend.orbits.return_map.looks import Rough, Shrinking, looks
+from rigidpend.orbits.return_map.midline import Layer, Midlines
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import Orders, building_seconds, orders
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_point
 from rigidpend.orbits.return_map.precision import (
     MOST_IN_PAIRS,
-    MOST_IN_TRIPLES,
+    TRIPLE_BITS,
     Precision,
-    in_pairs,
-    in_triples,
+    in_sums,
     precision,
+    rounded,
 )
-from rigidpend.orbits.return_map.program import Entry, Program, entry, program
+from rigidpend.orbits.return_map.program import Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.orbits.return_map.tables import ChartTable
 
 ALLOWED_ROUNDINGS = 2.0**13
 """Allowed error of a map in doubles, or with tables of no more bits than its own, in roundings.
@@ -61,7 +53,7 @@ NARROW_BITS = 5
 
 With none two of seven maps took a second attempt; with five none of nineteen did."""
 INNER = 32.0
-"""Factor by which the first terms of the normal form left out are below the allowed error.
+"""Factor by which the first terms of the normal form left out are below a rounding of the map.
 
 With 11 bodies drawn by lot charts stated 5e-4 to 1.6 of it, where these terms came to just that.
 Where passages take 36 to 53 rotations, smaller terms leave up to a seventh fewer orbits open."""
@@ -75,8 +67,6 @@ five such bodies left 0.50 to 0.63 of the orbits open that they do without it, f
 time."""
 ATTEMPTS = 4
 """Number of attempts, each with higher orders than the last, before a map is refused."""
-TRIPLE_BITS = 124, MOST_IN_TRIPLES
-"""Bits of arcs in sums of three doubles: few precisions, as each takes a kernel of its own."""
 FLOQUET = 1e-11
 """Largest difference of Lambda_0 from the Floquet exponent, which is found in doubles.
 
@@ -211,25 +201,22 @@ class ReturnMap:
         come to this size, relative, are left out, so that the program errs by as much. Raises
         MapError if the normal form does not reach as far as `most_Qp`.
         """
-        key = (bits, least_Qp, most_Qp, coarse)
-        if key not in self._programs:
-            starts = self._entry(least_Qp, most_Qp)
+        starts, a = (least_Qp, most_Qp), precision(self.bits)
+        key = bits, *starts, coarse
+        if key not in self._kept:
+            # Programs of different precisions with the same starts share their table.
+            if starts not in self._kept:
+                self._kept[starts] = entry(self.normal_form, *starts, a)
             # In doubles, terms that together come to a fourth of a rounding are without effect.
             threshold = max(self.left_out, coarse, 2.0**-55 if bits == 53 else 0.0)
-            given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
-            self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
-        return self._programs[key]
+            given = self.normal_form, self.charts, self._kept[starts], threshold, a
+            self._kept[key] = program(*given, 53 if bits == 53 else PAIRS)
+        return self._kept[key]
 
     # Cached properties are not fields, and so are free of the class's being frozen.
     @functools.cached_property
-    def _programs(self) -> dict[tuple[Any, ...], Program]:
+    def _kept(self) -> dict[tuple[Any, ...], Any]:
         return {}
-
-    @functools.cached_property
-    def _entry(self) -> Callable[[Any, Any], Entry]:
-        # Programs of different precisions with the same starts share their table.
-        a = precision(self.bits)
-        return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
 
     @functools.cached_property
     def coefficients(self) -> Coefficients:
@@ -247,7 +234,7 @@ class ReturnMap:
         """
         # Twice as many bits more as d loses with its midline.
         narrower, own = self.design.narrower, precision(self.bits)
-        a = _sums(self.bits + 2 * narrower) if narrower else own
+        a = in_sums(self.bits + 2 * narrower) if narrower else own
         d, chi, side = section_point(rising, a.array(states), self._coefficients(a), a)
         if narrower:
             whole = Interval(a.number(0), a.number(1), 1)
@@ -263,15 +250,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     """
     layer, planned = plan(body, low, high, bits, design)
     a, rough = precision(table_bits(bits)), _rough(body, (low + high) / 2, design)
-    return _building_seconds(rough, planned, a, _of_arcs(a, layer, design), design)
-
-
-def _building_seconds(
-    rough: Rough, planned: Orders, a: Precision, sharp: Precision, design: Design
-) -> float:
-    """Expected seconds of a core for one attempt, with tables and with arcs of two precisions."""
-    given = rough, planned, a.bits
-    return building_seconds(*given, theta3=design.theta3, in_triples=sharp.parts == 3)
+    return building_seconds(rough, planned, a, _of_arcs(a, layer, design), theta3=design.theta3)
 
 
 def _rough(body: Body, h: Exact, design: Design) -> Rough:
@@ -291,18 +270,24 @@ def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan
     if isinstance(found, MapError):
         # A new one, because an exception that is kept would gather the traces of all its raises.
         raise MapError(str(found))
-    more = NARROW_BITS if design.narrower else 0
-    below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS + more)
-    target = min(2.0**-bits, _allowed(bits) / below)
-    # In doubles, terms below the roundings of a finished map gain nothing.
-    inner = min(_allowed(bits) / INNER, LEAST_ROUNDINGS * 2.0**-bits)
     unit, half = float(design.unit), (ends[1] - ends[0]) / 2
-    planned = orders(found[0], half, *found[1:], target, inner)
+    planned = orders(found[0], half, *found[1:], *_left_out(bits, design))
     return found[1].in_unit(unit), planned.designed(unit, design.arc_stretch, design.more_terms)
+
+
+def _left_out(bits: int, design: Design) -> tuple[float, float]:
+    """The sizes of the first terms to be left out of tables and of the normal form, relative."""
+    rounding = 2.0**-bits
+    if _allowed(bits) > rounding:
+        # Terms below the roundings of a finished map gain nothing.
+        return rounding, LEAST_ROUNDINGS * rounding
+    margin = MARGIN_BITS + (NARROW_BITS if design.narrower else 0)
+    return 2.0 ** -(table_bits(bits) + margin), rounding / INNER
 
 
 def _allowed(bits: int) -> float:
     """The largest error that a finished map may have, relative."""
+    # A rounding where its tables are sharper, other than in doubles.
     return 2.0**-bits * (ALLOWED_ROUNDINGS if bits in (53, table_bits(bits)) else 1.0)
 
 
@@ -348,28 +333,30 @@ def build(
     """
     a = precision(table_bits(bits))
     # Digits for the sharpest tables that a later attempt may turn to.
-    p = body.angles(max(a.bits, MOST_IN_TRIPLES if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
+    p = body.angles(max(a.bits, TRIPLE_BITS[1] if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
     rough = _rough(body, (low + high) / 2, design)
-    scale = exact(design.unit) ** 2
-    exponent = _floquet_exponent(body, float(low), float(high))
-    allowed = _allowed(bits)
+    exponent, allowed = _floquet_exponent(body, float(low), float(high)), _allowed(bits)
     layer, planned = by or plan(body, low, high, bits, design)
     # Exact up to here: each of them is rounded once.
-    middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
+    middle, half = (x / 2 * exact(design.unit) ** 2 for x in (low + high, high - low))
     spent, before = 0.0, math.inf
     for attempt in itertools.count(1):
         sharp = _of_arcs(a, layer, design)
-        spent += _building_seconds(rough, planned, a, sharp, design)
+        spent += building_seconds(rough, planned, a, sharp, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(a.number(middle), a.number(half), planned.n_energy)
-        origin = ArcOrigin(coefficients(p, design.unit, sharp), sharp, layer.midlines)
-        given = origin, rough, energies, layer, planned, exponent, a
-        nf, charts, errors = _attempt(*given, theta3=design.theta3)
+        c = coefficients(p, design.unit, sharp)
+        arcs = Arcs(a.number(planned.length), c, sharp, layer.midlines)
+        sizes = planned.degree, planned.n_phase_orbit, rough.border(max(layer.widths))
+        nf = normal_form(rounded(arcs.c, a), energies, *sizes, a, theta3=design.theta3)
+        nodes = planned.n_x, planned.n_phase, planned.n_phase_inverse
+        charts = section_charts(layer, *nodes, nf, arcs, a)
+        errors = measured(charts, nf, arcs, exponent, a)
         if errors.largest < allowed:
             break
         # Where more terms give nothing roundings decide, and no more terms are tried.
-        idle = a.in_pairs and errors.largest > before / 2
+        idle = a.parts == 2 and errors.largest > before / 2
         if attempt == ATTEMPTS or (idle and a.bits == MOST_IN_PAIRS):
             raise MapError(
                 f"the tables don't settle: in the last of {attempt} attempts they err by"
@@ -390,46 +377,11 @@ def build(
         errors,
         planned,
         design,
-        _cast(nf, own),
-        (_cast(charts[0], own), _cast(charts[1], own)),
+        rounded(nf, own),
+        (rounded(charts[0], own), rounded(charts[1], own)),
         layer.midlines,
         spent,
     )
-
-
-def _attempt(
-    origin: ArcOrigin,
-    rough: Rough,
-    energies: Interval,
-    layer: Layer,
-    o: Orders,
-    exponent: float,
-    a: Precision,
-    *,
-    theta3: bool,
-) -> tuple[NormalForm, Charts, Errors]:
-    """The normal form and the charts of given orders, with their measured errors."""
-    length, border = a.number(o.length), rough.border(max(layer.widths))
-    c = origin.within(a)
-    nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
-    charts, found = [], []
-    for rising in (False, True):
-        width = a.number(layer.widths[rising])
-        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, origin, length, a)
-        reach = a.number(layer.widest_I)
-        inverse = inverse_table(rising, forward, reach, o.n_phase_inverse, nf, a)
-        charts.append(Chart(forward, inverse))
-        found.append(held_out(rising, charts[-1], nf, origin, length, a))
-    cut = [tails(table) for chart in charts for table in chart]
-    middle = float(nf.energies.basis(energies.centre, a) @ nf.exponent[:, 0])
-    errors = Errors(
-        nf.disagreement,
-        abs(middle - exponent),
-        max(chart for chart, _ in found),
-        max(inverse for _, inverse in found),
-        *(max(tail) for tail in zip(*cut, strict=True)),
-    )
-    return nf, (charts[0], charts[1]), errors
 
 
 def _of_arcs(a: Precision, layer: Layer, design: Design) -> Precision:
@@ -437,17 +389,7 @@ def _of_arcs(a: Precision, layer: Layer, design: Design) -> Precision:
     if not design.narrower:
         return a
     # States are of the order of one, and d less the midline of that of the width.
-    bits = a.bits - math.log2(min(layer.widths))
-    return _sums(bits)
-
-
-def _sums(bits: float) -> Precision:
-    """The precision of at least so many bits, in pairs or, up to what these hold, in triples."""
-    return (
-        precision(MOST_IN_PAIRS)
-        if bits <= MOST_IN_PAIRS
-        else in_triples(TRIPLE_BITS[bits > TRIPLE_BITS[0]])
-    )
+    return in_sums(a.bits - math.log2(min(layer.widths)))
 
 
 def _floquet_exponent(body: Body, low: float, high: float) -> float:
@@ -476,11 +418,4 @@ def table_bits(bits: int) -> int:
 
     Sharper tables make a sharper map, in doubles too.
     """
-    return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
-
-
-def _cast(x: Scalar, a: Precision) -> Any:
-    """A record with its numbers rounded to a precision."""
-    if isinstance(x, (NormalForm, Chart, ChartTable, Interval)):
-        return type(x)(*(_cast(one, a) for one in x))
-    return x if x is None or isinstance(x, (int, float)) else a.array(x)[()]
+    return bits + SPARE_BITS if bits + SPARE_BITS <= MOST_IN_PAIRS else bits

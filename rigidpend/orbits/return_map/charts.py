@@ -21,16 +21,16 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers import Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import gauss
-from rigidpend.orbits.return_map.midline import NONE, Midlines
+from rigidpend.orbits.return_map.midline import NONE, Layer, Midlines
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, state_of
-from rigidpend.orbits.return_map.precision import Precision, correction, precision
-from rigidpend.orbits.return_map.reduced import Coefficients, rounded, theta3_rate
+from rigidpend.orbits.return_map.precision import Precision, correction, precision, rounded
+from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
 from rigidpend.orbits.return_map.tables import (
     FORWARD_POWER,
     INVERSE_POWER,
@@ -58,24 +58,17 @@ The unit is that of time on a separatrix, 2/(J2 sin(alpha0)) in t'. Without weig
 pi/2."""
 
 
-class ArcOrigin(NamedTuple):
-    """The midlines from which tables count d, and the numbers in which arcs begin and run."""
+class Arcs(NamedTuple):
+    """Arcs from the section towards the periodic orbit: how long, and in which numbers they run."""
 
+    length: Any
+    """Duration, t': that of the motion without weight."""
     c: Coefficients
     """Coefficients in the numbers of `a`."""
     a: Precision
     """Sharper than tables by the digits that d loses with its midline."""
     midlines: Midlines = NONE
-
-    def within(self, a: Precision) -> Coefficients:
-        """The coefficients in the numbers of a precision."""
-        if a is self.a:
-            return self.c
-        if a.bits == 53:
-            return rounded(self.c)
-        aligned_, *further = self.c
-        own = AlignedCoefficients(*(a.array(x)[()] for x in aligned_))
-        return Coefficients(own, *(a.array(x)[()] for x in further))
+    """The lines from which d counts where arcs begin."""
 
     def states(self, rising: bool, d: Scalar, chi: Scalar, form: TorusForm) -> Any:
         """States (6, N) of N points of the section, in the numbers of `a`."""
@@ -87,32 +80,24 @@ class ArcOrigin(NamedTuple):
         return state_of(rising, d, cos, sin, np.repeat(h, sizes), self.c, a)
 
 
-def section_chart(
-    rising: bool,
-    d: Scalar,
-    chi: Scalar,
-    form: TorusForm,
-    origin: ArcOrigin,
-    length: Scalar,
-) -> Any:
+def section_chart(rising: bool, d: Scalar, chi: Scalar, form: TorusForm, arcs: Arcs) -> Any:
     """U, V, and the constants of time t' and theta3, at N points of the section: (4, N).
 
-    The points are at d from the midline, and chi. The last row is left out where the normal form
-    has no theta3. Upward (`rising`) crossings lie
-    beside separatrix 2, downward ones beside 3. The arcs take some time `length`, t'.
+    The points are at d from the midline, and chi. Upward (`rising`) crossings lie beside separatrix
+    2, downward ones beside 3. The last row is left out where the normal form has no theta3.
 
     Raises
     ------
     MapError
         The arcs do not end within the range of the normal form.
     """
-    nf, a, c = form.nf, form.a, origin.within(form.a)
+    nf, a, c = form.nf, form.a, rounded(arcs.c, form.a)
     shares = parts = a.zeros((0,))
     # theta3 is a quadrature along the arc, by Gauss's rule: its points come before the arc's end.
     if nf.theta3:
-        few = quadrature_points(float(length), c, float(nf.energies.centre), a.bits)
+        few = quadrature_points(float(arcs.length), c, float(nf.energies.centre), a.bits)
         shares, parts = gauss(few, a)
-    path, time, late, turned, at = arcs(rising, d, chi, form, origin, length, shares)
+    path, time, late, turned, at = arc_ends(rising, d, chi, form, arcs, shares)
     rates = form.rates(at.u * at.v)
     # U = u exp(-Lambda turned), V = v exp(Lambda turned), t less what passes beside the orbit.
     stretch = a.exp(rates.exponent * turned)
@@ -124,20 +109,14 @@ def section_chart(
     return np.stack(found)
 
 
-def arcs(
-    rising: bool,
-    d: Scalar,
-    chi: Scalar,
-    form: TorusForm,
-    origin: ArcOrigin,
-    length: Scalar,
-    shares: Scalar,
+def arc_ends(
+    rising: bool, d: Scalar, chi: Scalar, form: TorusForm, arcs: Arcs, shares: Scalar
 ) -> tuple[Any, Any, Any, Any, NormalPoint]:
     """The arcs from N points of the section towards the periodic orbit, and u and v where they end.
 
     The arcs, forwards from upward (`rising`) crossings and backwards from downward ones, end where
-    psi - chi is that of the motion without weight after the time `length`, t': so those of one chi
-    end at one phase, for which the normal form is summed once. The results are the states at
+    psi - chi is that of the motion without weight after their duration: so those of one chi end at
+    one phase, for which the normal form is summed once. The results are the states at
     `shares` of a time t' that nearly leads there, and at this time; this time; what is missing of
     the arc, some roundings of a double; and psi - chi.
 
@@ -148,19 +127,20 @@ def arcs(
     """
     a, side = form.a, 1 if rising else -1
     h = np.repeat(form.h, form.group_sizes(len(d)))
-    begin, c, sharp = origin.states(rising, d, chi, form), origin.within(a), origin.a
-    turned = free_growth(side, length, h, c, a)
+    begin, c, sharp = arcs.states(rising, d, chi, form), rounded(arcs.c, a), arcs.a
+    turned = free_growth(side, arcs.length, h, c, a)
     # Phases without whole turns, whose rounding would show beside a small u.
     turns = 2 * a.pi * np.round(a.floats((chi + turned) / (2 * a.pi)))
-    psi, time = chi + turned - turns, side * a.floats(length + 0 * d)
+    psi, time = chi + turned - turns, side * a.floats(arcs.length + 0 * d)
     turned = psi - chi + turns
     # Durations in doubles come first, so that one long integration in the full precision suffices.
-    low, few = precision(53), rounded(c)
+    low = precision(53)
+    few = rounded(c, low)
     path = states_at(few.aligned, sharp.floats(begin), time[None])
     _, late = _ended(path[:, -1], a.floats(psi), few, low)
     time = a.array(time + late)
     grid = np.append(shares, a.array([1.0]))[:, None] * time
-    path = a.array(states_at(origin.c.aligned, begin, sharp.array(grid), sharp.bits))
+    path = a.array(states_at(arcs.c.aligned, begin, sharp.array(grid), sharp.bits))
     end, late = _ended(path[:, -1], psi, c, a)
     return path, time, late, turned, form.inverted(psi, end[0], end[1])
 
@@ -177,7 +157,7 @@ def _ended(state: Any, psi: Scalar, c: Coefficients, a: Precision) -> tuple[Any,
             break
         off = psi - rotation_phase(state, c, a)
         off = off - turn * np.round(a.floats(off / turn))
-        step = off / rotation_rate(a.floats(state), a.floats(psi), rounded(c))
+        step = off / rotation_rate(a.floats(state), a.floats(psi), rounded(c, precision(53)))
         total = total + step
         # What a step along the tangent leaves, by a rate in doubles.
         size = a.largest(step)
@@ -241,19 +221,12 @@ class Invariants(NamedTuple):
 
 
 def forward_table(
-    rising: bool,
-    width: Scalar,
-    n_x: int,
-    n_phase: int,
-    nf: NormalForm,
-    origin: ArcOrigin,
-    length: Scalar,
-    a: Precision,
+    rising: bool, width: Scalar, n_x: int, n_phase: int, nf: NormalForm, arcs: Arcs, a: Precision
 ) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
 
     def chart(d: Any, chi: Any, form: TorusForm) -> Any:
-        return section_chart(rising, d, chi, form, origin, length)
+        return section_chart(rising, d, chi, form, arcs)
 
     return fitted(chart, width, n_x, n_phase, nf, FORWARD_POWER, a)
 
@@ -277,6 +250,24 @@ def inverse_table(
     return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE_POWER, a)
 
 
+def section_charts(
+    layer: Layer,
+    n_x: int,
+    n_phase: int,
+    n_phase_inverse: int,
+    nf: NormalForm,
+    arcs: Arcs,
+    a: Precision,
+) -> Charts:
+    """The charts of both sections over a layer, by n_x nodes and two numbers of phases."""
+    found = []
+    for rising in (False, True):
+        width, reach = a.number(layer.widths[rising]), a.number(layer.widest_I)
+        forward = forward_table(rising, width, n_x, n_phase, nf, arcs, a)
+        found.append(Chart(forward, inverse_table(rising, forward, reach, n_phase_inverse, nf, a)))
+    return found[0], found[1]
+
+
 def _solved(
     rising: bool, forward: ChartTable, form: TorusForm, goal: tuple[Scalar, Scalar]
 ) -> tuple[Any, Any, Any]:
@@ -288,7 +279,7 @@ def _solved(
     a = form.a
     low = forward._replace(width=float(forward.width), values=a.floats(forward.values))
     rough = a.floats(goal[0]), a.floats(goal[1])
-    begin, slopes, at = _newton(rising, low, form.in_doubles(), rough)
+    begin, slopes, at = _newton(rising, low, form.in_doubles, rough)
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
         value = forward.look_up(d, chi, a)

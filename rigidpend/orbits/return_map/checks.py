@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers import Scalar
-from rigidpend.orbits.return_map.charts import ArcOrigin, Chart, invariants, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, Chart, Charts, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
@@ -65,17 +64,28 @@ class Errors(NamedTuple):
         return max(self.exponents, self.charts, self.inverse)
 
 
+def measured(charts: Charts, nf: NormalForm, arcs: Arcs, exponent: float, a: Precision) -> Errors:
+    """The errors of charts and of their normal form; `exponent` is that of Floquet, in doubles."""
+    of_charts, of_inverses = zip(
+        *(held_out(rising, charts[rising], nf, arcs, a) for rising in (False, True)), strict=True
+    )
+    cut = (tails(table) for chart in charts for table in chart)
+    middle = float(nf.energies.basis(nf.energies.centre, a) @ nf.exponent[:, 0])
+    return Errors(
+        nf.disagreement,
+        abs(middle - exponent),
+        max(of_charts),
+        max(of_inverses),
+        *(max(tail) for tail in zip(*cut, strict=True)),
+    )
+
+
 def held_out(
-    rising: bool,
-    chart: Chart,
-    nf: NormalForm,
-    origin: ArcOrigin,
-    length: Scalar,
-    a: Precision,
+    rising: bool, chart: Chart, nf: NormalForm, arcs: Arcs, a: Precision
 ) -> tuple[float, float]:
     """The stated errors of a chart and of its inverse, from held-out points, relative.
 
-    `length` is the duration of the arcs behind the tables, t'.
+    The charts' own points are the ends of `arcs`; those held out are the ends of longer ones.
     """
     # The seed is fixed: a map is refused or not by what it follows from alone.
     random = np.random.default_rng(rising)
@@ -85,7 +95,8 @@ def held_out(
     share, turn, counts = points(random, ARCS)
     d, chi = chart.forward.width * a.array(share), a.array(turn) * a.pi
     form = TorusForm(nf, levels, a, counts)
-    direct = section_chart(rising, d, chi, form, origin, length * a.number(LONGER))
+    longer = arcs._replace(length=arcs.length * a.number(LONGER))
+    direct = section_chart(rising, d, chi, form, longer)
     seen = chart.forward.at(form).look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
     # An inverse chart and then a chart give back the invariants and the constants of time.

@@ -130,26 +130,21 @@ class TorusForm:
             self._at_energies[parity, terms] = part
         return self._at_energies[parity, terms]
 
+    @functools.cached_property
     def in_doubles(self) -> TorusForm:
-        """The same with its rates in doubles; its series are left as they are."""
+        """The same in doubles."""
         floats = self.a.floats
-        given = self.nf, floats(self.h), precision(53), self.counts, floats(self.weights)
-        found = TorusForm(*given, self.shared)
+        if self._whole:
+            form, groups = self._whole
+            found = form.in_doubles.part(groups, self.counts)
+        else:
+            nf = self.nf._replace(odd=floats(self.nf.odd), even=floats(self.nf.even))
+            given = nf, floats(self.h), precision(53), self.counts, floats(self.weights)
+            found = TorusForm(*given, self.shared)
         # These take the place of the cached properties: rounded last, so sharper than from rounded
         # weights.
         found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
         return found
-
-    @functools.cached_property
-    def rough(self) -> TorusForm:
-        """The same with its series in doubles."""
-        if self._whole:
-            form, groups = self._whole
-            return form.rough.part(groups, self.counts)
-        floats, nf = self.a.floats, self.nf
-        nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
-        given = floats(self.h), precision(53), self.counts, floats(self.weights)
-        return TorusForm(nf, *given, self.shared)
 
     def group_sizes(self, points: int) -> Any:
         """The number of points of each group, given the number of all points."""
@@ -184,7 +179,7 @@ class TorusForm:
         """
         # Each phase has series of its own, with room for odd and even terms; where points share
         # phases these are few.
-        rough, terms = self.rough, 1 if self.shared else (self.nf.degree + 1) ** 2
+        rough, terms = self.in_doubles, 1 if self.shared else (self.nf.degree + 1) ** 2
         counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
         found = [
             _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))

@@ -15,15 +15,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.orbits.return_map.charts import (
-    ArcOrigin,
-    arcs,
+    Arcs,
+    arc_ends,
     forward_table,
-    inverse_table,
     section_chart,
+    section_charts,
 )
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
-from rigidpend.orbits.return_map.midline import NONE, Midlines, midline
+from rigidpend.orbits.return_map.midline import Layer, Midlines, midline
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form, powers
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
@@ -91,28 +91,16 @@ ENDS = 16
 """Phases at the ends of a table's width at which the second look measures where arcs end."""
 
 
-class Layer(NamedTuple):
-    """The layer of orbits that the tables are to cover."""
-
-    widest_I: float
-    """Largest |I|."""
-    widths: tuple[float, float]
-    """Largest |d|, counted from the midlines, on downward and upward crossings."""
-    midlines: Midlines = NONE
-
-    def in_unit(self, unit: float) -> Layer:
-        """The same layer in another unit of M."""
-        # I = u v is of second order in M, d of first.
-        down, up = (x * unit for x in self.widths)
-        lines = self.midlines[0].in_unit(unit), self.midlines[1].in_unit(unit)
-        return Layer(self.widest_I * unit**2, (down, up), lines)
-
-
 class Rough(NamedTuple):
     """Rough sizes and rates of orbits at an energy, in doubles and mostly as without weight."""
 
     c: Coefficients
     h: float
+
+    @property
+    def nu(self) -> float:
+        """The paper's nu, pi kappa/sin(alpha0)."""
+        return math.pi * self.c.aligned.kappa / (2 * self.c.aligned.half_sigma)
 
     @property
     def displacement(self) -> float:
@@ -122,9 +110,8 @@ class Rough(NamedTuple):
         (pi/2)/sqrt(1 + nu^2) of what it does in the time 1/`rate`.
         """
         k = self.c.aligned
-        nu = math.pi * k.kappa / (2 * k.half_sigma)
         force = max(abs(k.force_p), abs(k.force_m))
-        return force * math.pi / 2 / (math.hypot(1, nu) * self.rate)
+        return force * math.pi / 2 / (math.hypot(1, self.nu) * self.rate)
 
     @property
     def rate(self) -> float:
@@ -194,12 +181,12 @@ def looks(
         layer = first_look(body, 2.0**-narrower)
         layer = layer._replace(midlines=midlines(body, half, TRIM * min(layer.widths)))
         a = precision(min(MOST_IN_PAIRS, LOOK + narrower))
-        return layer, second_look(body, layer, ArcOrigin(sharp(a), a, layer.midlines))
+        return layer, second_look(body, layer, sharp(a), a)
     reach, refused = whole_reach(body), None
     while refused is None or reach >= SHORTEST:
         try:
             layer = first_look(body, reach)
-            return layer, second_look(body, layer, ArcOrigin(body.c, precision(53)))
+            return layer, second_look(body, layer, body.c, precision(53))
         except MapError as reason:
             refused, reach = refused or reason, reach * SHORTER
     raise refused
@@ -211,8 +198,7 @@ def whole_reach(body: Rough) -> float:
     Raises MapError if nothing is split, or too little.
     """
     _check_weight(body)
-    k = body.c.aligned
-    wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
+    wide = layer_width(body.nu)
     if wide < THINNEST:
         # The width of nearly symmetric bodies may underflow to zero.
         told = f"some {wide:.1g}" if wide else "less than 1e-300"
@@ -236,17 +222,17 @@ def first_look(body: Rough, reach: float) -> Layer:
     Raises MapError if it is too wide.
     """
     (c, h), a = body, precision(53)
-    guess, thin, plain = body.displacement, reach < LEAST_REACH, ArcOrigin(c, a)
+    guess, thin = body.displacement, reach < LEAST_REACH
     n_x, n_phase, degree = FIRST_LOOK
-    length = body.arc_length(guess)
+    arcs = Arcs(body.arc_length(guess), c, a)
     n = body.harmonics(DOUBLES)
     nf = normal_form(c, Interval(h, 0.0, 1), degree, n, 0.0, a, theta3=False)
     splittings, slopes = [], []
     for rising in (False, True):
-        table = forward_table(rising, guess, n_x, n_phase, nf, plain, length, a)
+        table = forward_table(rising, guess, n_x, n_phase, nf, arcs, a)
         # Without weight I = 0 along d = 0: there its size measures the splitting.
         at = phases(36, a)
-        seen = table.at(TorusForm(nf, np.full(1, h), a)).look_up_slopes(0 * at, at, a)
+        seen = table.at(TorusForm(nf, nf.energies.nodes(a), a)).look_up_slopes(0 * at, at, a)
         U, V = seen.value[:2]
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))
@@ -289,15 +275,15 @@ def midlines(body: Rough, half: float, least: float) -> Midlines:
     energies = Interval(h, half, MIDLINE_ENERGIES if half else 1)
     nf = normal_form(c, energies, FIRST_LOOK[2], n, 0.0, a, theta3=False)
     form = TorusForm(nf, energies.nodes(a), a, [n] * energies.n)
-    chi, plain, found = np.tile(phases(n, a), energies.n), ArcOrigin(c, a), []
+    chi, found = np.tile(phases(n, a), energies.n), []
     for rising in (False, True):
         # Secants find where U is zero, or V downward. Both are nearly linear in d. The closer d
         # is, the longer are the arcs, so that so few terms of the normal form suffice.
         width = body.displacement
         d, step, value = 0 * chi, 0 * chi + width / 2, 0 * chi
         for _ in range(MIDLINE_STEPS):
-            known, length = value, body.arc_length(width)
-            value = section_chart(rising, d, chi, form, plain, length)[0 if rising else 1]
+            known, arcs = value, Arcs(body.arc_length(width), c, a)
+            value = section_chart(rising, d, chi, form, arcs)[0 if rising else 1]
             if np.abs(step).max() < least:
                 break
             if known.any():
@@ -311,19 +297,21 @@ def midlines(body: Rough, half: float, least: float) -> Midlines:
     return found[0], found[1]
 
 
-def second_look(body: Rough, layer: Layer, origin: ArcOrigin) -> Shrinking:
+def second_look(body: Rough, layer: Layer, c: Coefficients, a: Precision) -> Shrinking:
     """Measure how fast the terms of the normal form and of the charts shrink, at one energy.
+
+    `c` are the coefficients of the body in the precision `a`.
 
     Raises MapError if the series shrink too slowly, or the arcs do not end within their range.
     """
-    c, a, (low, up) = origin
-    origin, width = origin._replace(midlines=(low.middle(), up.middle())), max(layer.widths)
-    at, length = Interval(a.number(body.h), a.number(0), 1), a.number(body.arc_length(width))
+    low, up = (line.middle() for line in layer.midlines)
+    at, width = Interval(a.number(body.h), a.number(0), 1), max(layer.widths)
+    arcs = Arcs(a.number(body.arc_length(width)), c, a, (low, up))
     border, n = body.border(width), body.harmonics(DOUBLES)
     # Maps of thin layers are for route codes, which need no theta3: it takes a sum over each arc.
     thin = any(line.values.any() for line in layer.midlines)
     nf = normal_form(c, at, SECOND_LOOK, n, border, a, theta3=not thin, least_share=TINY)
-    sizes = np.abs(a.floats(nf.odd[:, :2])).max(axis=(0, 1)) * _largest(body, layer, nf, origin)
+    sizes = np.abs(a.floats(nf.odd[:, :2])).max(axis=(0, 1)) * _largest(layer, nf, arcs)
     degrees = powers(nf.degree, 1).sum(axis=1)
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
     by_degree = by_degree / by_degree[0]
@@ -334,29 +322,24 @@ def second_look(body: Rough, layer: Layer, origin: ArcOrigin) -> Shrinking:
             f"mu is too large: the normal form shrinks so slowly over the layer around the"
             f" separatrices, |d| up to {width:.2g}, that it takes the degree {degree}"
         )
-    tables = []
-    for rising in (False, True):
-        sizes = rising, a.number(layer.widths[rising]), body.nodes(width, DOUBLES), nf.n
-        forward = forward_table(*sizes, nf, origin, length, a)
-        reach = a.number(layer.widest_I)
-        tables += [forward, inverse_table(rising, forward, reach, nf.n, nf, a)]
-    by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
+    charts = section_charts(layer, body.nodes(width, DOUBLES), nf.n, nf.n, nf, arcs, a)
+    found = (_by_order(table) for chart in charts for table in chart)
+    by_x, by_phase = zip(*found, strict=True)
     return Shrinking(by_degree, by_x, by_phase, float(nf.exponent[0, 0]))
 
 
-def _largest(body: Rough, layer: Layer, nf: NormalForm, origin: ArcOrigin) -> Any:
+def _largest(layer: Layer, nf: NormalForm, arcs: Arcs) -> Any:
     """The largest |u^j v^k| where arcs from the ends of both sections' widths end, by `powers`.
 
     The `border`, an estimate for orbits without weight, is smaller than |u| and |v| there by a
     factor of 1.1 to 1.3, which makes terms of degree 50 smaller by up to half a million.
     """
-    a, found = origin.a, []
-    length = a.number(body.arc_length(max(layer.widths)))
+    a, found = arcs.a, []
     j, k = powers(nf.degree, 1).T
     for rising, width in zip((False, True), layer.widths, strict=True):
-        form = TorusForm(nf, a.array(np.full(1, body.h)), a)
+        form = TorusForm(nf, nf.energies.nodes(a), a)
         d, chi = a.array(np.repeat([-width, width], ENDS)), np.tile(phases(ENDS, a), 2)
-        *_, at = arcs(rising, d, chi, form, origin, length, a.zeros((0,)))
+        *_, at = arc_ends(rising, d, chi, form, arcs, a.zeros((0,)))
         u, v = a.largest(at.u), a.largest(at.v)
         found.append(u**j * v**k)
     return np.maximum(*found)

@@ -6,6 +6,7 @@ tables of such bodies hold d less the midline: what is left is as small as the l
 
 The reversor maps one surface to the other and (d, chi) to (d, -chi). So the midline is the even
 part of either surface in chi, a series of cosines, and half of their splitting is the odd part.
+The layer of orbits that tables cover lies around both midlines, or around d = 0 without them.
 """
 
 from __future__ import annotations
@@ -53,6 +54,23 @@ Midlines: TypeAlias = tuple[Midline, Midline]
 """The midlines of downward and of upward crossings."""
 NONE: Midlines = (Midline(np.zeros((1, 1))), Midline(np.zeros((1, 1))))
 """The lines d = 0."""
+
+
+class Layer(NamedTuple):
+    """The layer of orbits that the tables are to cover."""
+
+    widest_I: float
+    """Largest |I|."""
+    widths: tuple[float, float]
+    """Largest |d|, counted from the midlines, on downward and upward crossings."""
+    midlines: Midlines = NONE
+
+    def in_unit(self, unit: float) -> Layer:
+        """The same layer in another unit of M."""
+        # I = u v is of second order in M, d of first.
+        down, up = (x * unit for x in self.widths)
+        lines = self.midlines[0].in_unit(unit), self.midlines[1].in_unit(unit)
+        return Layer(self.widest_I * unit**2, (down, up), lines)
 
 
 def midline(surface: Any, least: float) -> Midline:

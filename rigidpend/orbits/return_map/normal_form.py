@@ -227,52 +227,39 @@ class _Finder:
         # In degree 1 the powers are v, u; without weight v is Qp and u is Qm.
         self.Q[0].parts[1], self.Q[1].parts[1] = np.stack((one, zero)), np.stack((zero, one))
         # (Qp, Qm)' = A (Qp, Qm), as Qp = v and Qm = u here; the columns of P belong to u and v.
-        A = [self.flow[i].part(1) for i in (0, 1)]
-        P = [[zero, one], [one, zero]]
-        exponent = self._mean(A[1][1])
+        A = np.stack([self.flow[i].part(1) for i in (0, 1)])
+        P = np.stack([np.stack((zero, one)), np.stack((one, zero))])
+        exponent = self._mean(A[1, 1])
         size = float("inf")
         for _ in range(MOST_CORRECTIONS):
-            rest = self._left(A, P, exponent)
-            before, size = size, max(self.a.largest(x) for row in rest for x in row)
+            # The residual beside the matrix diag(exponent, -exponent).
+            rest = _product(_inverse(P), _product(A, P) - np.matmul(self.slope, P))
+            rest[0, 0] = rest[0, 0] - exponent
+            rest[1, 1] = rest[1, 1] + exponent
+            before, size = size, self.a.largest(rest)
             if (size < SETTLED and size > before / 2) or not size < DIVERGED:
                 break
-            found = self._mean(rest[0][0]) - self._mean(rest[1][1])
+            found = self._mean(rest[0, 0]) - self._mean(rest[1, 1])
             exponent = exponent + found / 2
             # P (1 + X) removes the residual to first order if X' + (d_j - d_i) X = residual, with
             # d = (Lambda_0, -Lambda_0). On the diagonal only the mean, now in Lambda_0, remains.
-            X = [
-                [self._divided(rest[i][j], (j - i) * 2 * -exponent) for j in (0, 1)] for i in (0, 1)
-            ]
-            P = [[row[j] + row[0] * X[0][j] + row[1] * X[1][j] for j in (0, 1)] for row in P]
+            X = self._divided(rest, np.array([[0, -2], [2, 0]])[:, :, None, None] * exponent)
+            P = P + P[:, 0, None] * X[0] + P[:, 1, None] * X[1]
         if not size < SETTLED:
             raise MapError("no Floquet frame is found: the periodic orbit is not hyperbolic")
         # The powers of degree 1 are in the order v, u.
-        self._settle(1, [np.stack((row[1], row[0])) for row in P], exponent)
-        self.inverse = _inverse(P)
-        self.P = P
+        self._settle(1, [row[::-1] for row in P], exponent)
+        self.P, self.inverse = P, _inverse(P)
         # The flow preserves an area, so the two diagonal means have to cancel: the first check.
-        self.difference = [self._mean(rest[0][0]) + self._mean(rest[1][1])]
-
-    def _left(self, A: Any, P: Any, exponent: Scalar) -> Any:
-        """The residual P^-1 (A P - P') - diag(exponent, -exponent) of a frame, (2, 2, n, H)."""
-        columns = [
-            [A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j]) for i in (0, 1)]
-            for j in (0, 1)
-        ]
-        found = [[a * x + b * y for x, y in columns] for a, b in _inverse(P)]
-        found[0][0] = found[0][0] - exponent
-        found[1][1] = found[1][1] + exponent
-        return found
+        self.difference = [self._mean(rest[0, 0]) + self._mean(rest[1, 1])]
 
     def extend(self, D: int) -> None:
         """Find Qp and Qm in degree D, and the next coefficient of Lambda."""
         # With zero for the unknown terms, the flow's part of degree D is the residual that the
         # terms of lower degrees leave; multiplied by P^-1 it belongs to u and v.
-        like = self.P[0][0]
-        self._tell(D, [np.zeros_like(like, shape=(D + 1, *like.shape))] * 2)
+        self._tell(D, [np.zeros_like(self.P, shape=(D + 1, *self.P.shape[2:]))] * 2)
         known = [self._beside(flow, D, Q.parts) for flow, Q in zip(self.flow, self.Q, strict=False)]
-        (a, b), (c, d) = self.inverse
-        rest = [a * known[0] + b * known[1], c * known[0] + d * known[1]]
+        rest = [row[0] * known[0] + row[1] * known[1] for row in self.inverse]
         # The resonant terms are u I^k and v I^k: no divisor is left for their means.
         k = D // 2
         growth, decay = self._mean(rest[0][k + 1]), -self._mean(rest[1][k])
@@ -335,9 +322,7 @@ class _Finder:
         for found in (self.sigma, self.tau):
             found.update({D: rougher(part) for D, part in found.items()})
         self.exponent = [rougher(x) for x in self.exponent]
-        self.P, self.inverse = (
-            [[rougher(x) for x in row] for row in y] for y in (self.P, self.inverse)
-        )
+        self.P, self.inverse = rougher(self.P), rougher(self.inverse)
         self._use(a, n, H)
 
     def _use(self, a: Precision, n: int, H: int) -> None:
@@ -424,8 +409,14 @@ class _Finder:
         return found.transpose(2, 1, 0).reshape(-1, len(found))
 
 
-def _inverse(P: Any) -> list[list[Any]]:
+def _product(A: Any, B: Any) -> Any:
+    """The product of two matrices (2, 2, ...)."""
+    return A[:, 0, None] * B[0] + A[:, 1, None] * B[1]
+
+
+def _inverse(P: Any) -> Any:
     """The inverse of a matrix (2, 2, ...)."""
     (a, b), (c, d) = P
     determinant = a * d - b * c
-    return [[d / determinant, -b / determinant], [-c / determinant, a / determinant]]
+    rows = (d / determinant, -b / determinant), (-c / determinant, a / determinant)
+    return np.stack([np.stack(row) for row in rows])

@@ -11,14 +11,9 @@ from typing import NamedTuple
 
 from rigidpend.orbits.return_map.charts import quadrature_points
 from rigidpend.orbits.return_map.checks import Errors
-from rigidpend.orbits.return_map.looks import (
-    Layer,
-    Rough,
-    Shrinking,
-    least_degree,
-    odd,
-    terms_until,
-)
+from rigidpend.orbits.return_map.looks import Rough, Shrinking, least_degree, odd, terms_until
+from rigidpend.orbits.return_map.midline import Layer
+from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.tables import FORWARD_POWER, INVERSE_POWER, table_sizes
 
 TOLD = 2
@@ -89,11 +84,11 @@ class Orders(NamedTuple):
 
 
 def building_seconds(
-    body: Rough, o: Orders, bits: int, *, theta3: bool, in_triples: bool = False
+    body: Rough, o: Orders, a: Precision, sharp: Precision, *, theta3: bool
 ) -> float:
-    """Expected seconds of a core to make tables of given orders in pairs of doubles.
+    """Expected seconds of a core to make tables of given orders in the precision `a`, in pairs.
 
-    Arcs are in pairs too, or in sums of three.
+    Arcs are in that of `sharp`, in pairs too or in sums of three.
 
     For 28 maps of Fig. 4's body and six drawn by lot, whose tables took 0.06 to 2.1 s, it is 0.7 to
     1.3 times the time taken. On a machine half as fast it was 0.3 to 0.6 of it, and 0.3 to 0.9 for
@@ -107,8 +102,8 @@ def building_seconds(
     of = o.n_energy, INVERSE_POWER
     inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
-    points = quadrature_points(o.length, body.c, body.h, bits)
-    arc = 20 + (16 if in_triples else 2.4) * o.length + 0.6 * points * theta3 + 0.0018 * terms
+    points = quadrature_points(o.length, body.c, body.h, a.bits)
+    arc = 20 + (16 if sharp.parts == 3 else 2.4) * o.length + 0.6 * points * theta3 + 0.0018 * terms
     back = 8 + 0.026 * o.n_x * o.n_phase_inverse
     series = 2000 * o.degree + 0.0038 * o.n_energy * o.n_phase_orbit * o.degree**3
     return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6

@@ -20,8 +20,8 @@ import numpy as np
 
 from rigidpend.numbers import Numbers, Scalar
 from rigidpend.orbits.return_map.normal_form import MapError
-from rigidpend.orbits.return_map.precision import Precision, precision
-from rigidpend.orbits.return_map.reduced import Coefficients, reduced, rounded
+from rigidpend.orbits.return_map.precision import Precision, precision, rounded
+from rigidpend.orbits.return_map.reduced import Coefficients, reduced
 
 MOST_ITERATIONS = 60
 """Largest number of Newton's corrections of the large component."""
@@ -42,9 +42,9 @@ def state_of(
 ) -> Any:
     """:func:`section_state` from the cosine and the sine of chi."""
     Q = _large(rising, d, cos, h, c, a)
-    M1, M2, _, _ = _momenta(rising, d, Q, c)
+    components = _ordered(rising, Q, d)
+    M1, M2 = c.momenta(*components)
     J2 = a.sqrt(M1 * M1 + M2 * M2)
-    components = (d, Q) if not rising else (Q, d)
     # On the section m = (M1, M2, 0)/J2, so that e3 x m = (-M2, M1, 0)/J2.
     gamma = (-cos * M2 / J2, cos * M1 / J2, -sin)
     return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
@@ -71,8 +71,8 @@ def _large(rising: bool, d: Scalar, cos: Any, h: Scalar, c: Coefficients, a: Pre
         Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
     else:
         # All but the last corrections are made in doubles.
-        d0, cos0, h0 = (a.floats(x) for x in (d, cos, h))
-        Q = a.array(_large(rising, d0, cos0, h0, rounded(c), precision(53)))
+        low, (d0, cos0, h0) = precision(53), (a.floats(x) for x in (d, cos, h))
+        Q = a.array(_large(rising, d0, cos0, h0, rounded(c, low), low))
     for _ in range(MOST_ITERATIONS):
         value, slope = _energy(rising, d, Q, cos, c, a)
         step = (value - h) / slope
@@ -89,8 +89,8 @@ def section_tangents(
     """Derivatives (6, 2, ...) of :func:`section_state` in d and chi, along the energy level h."""
     state = section_state(rising, d, chi, h, c, a)
     Q, cos, sin = state[0 if rising else 1], a.cos(chi), a.sin(chi)
-    M1, M2, *by_Q = _momenta(rising, d, Q, c)
-    by_d = (by_Q[0], -by_Q[1])
+    M1, M2 = c.momenta(*_ordered(rising, Q, d))
+    by_Q, by_d = (c.momenta(*_ordered(rising, *along)) for along in ((1, 0), (0, 1)))
     J2 = a.sqrt(M1 * M1 + M2 * M2)
     # Q follows from the energy: h_Q dQ + h_d dd + h_chi dchi = 0.
     _, h_Q = _energy(rising, d, Q, cos, c, a)
@@ -107,24 +107,23 @@ def section_tangents(
             (turn * cos * M2 - along_chi * sin * M1) / J2,
             -along_chi * cos,
         )
-        pair = (of_Q, along_d) if rising else (along_d, of_Q)
-        columns.append(np.stack(np.broadcast_arrays(*pair, 0 * Q, *gamma)))
+        components = _ordered(rising, of_Q, along_d)
+        columns.append(np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma)))
     return np.stack(columns, axis=1)
 
 
-def _momenta(rising: bool, d: Scalar, Q: Scalar, c: Coefficients) -> tuple[Any, Any, Any, Any]:
-    """M1, M2 and their derivatives in Q, from the small component d and the large one Q."""
-    side = 1 if rising else -1
-    return (Q + d) * c.to_M1, side * (Q - d) * c.to_M2, c.to_M1, side * c.to_M2
+def _ordered(rising: bool, large: Scalar, small: Scalar) -> tuple[Any, Any]:
+    """Qp and Qm, or derivatives of them, from those of the large component and of the small one."""
+    return (large, small) if rising else (small, large)
 
 
 def _energy(rising: bool, d: Scalar, Q: Scalar, cos: Any, c: Coefficients, a: Precision) -> Any:
     """The energy on the section and its derivative in Q."""
     k = c.aligned
-    M1, M2, dM1, dM2 = _momenta(rising, d, Q, c)
+    (M1, M2), by_Q = (c.momenta(*_ordered(rising, *x)) for x in ((Q, d), (1, 0)))
     square = M1 * M1 + M2 * M2
     value = k.kappa / 2 * square - Q * d / 2 + cos * _weight(M1, M2, c) / a.sqrt(square)
-    return value, _energy_slope((M1, M2), (dM1, dM2), d, cos, c, a)
+    return value, _energy_slope((M1, M2), by_Q, d, cos, c, a)
 
 
 def _energy_slope(

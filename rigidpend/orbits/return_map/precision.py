@@ -28,13 +28,10 @@ UNDIVIDED, LEAST_ROWS = 2**18, 16
 That holds for OpenBLAS as NumPy brings it. A larger product is done in parts."""
 MOST_IN_PAIRS = 96
 """Bits that pairs of doubles keep after some hundred operations, each with an error of 2^-104."""
-MOST_IN_TRIPLES = 148
-"""Bits that sums of three doubles keep likewise."""
+TRIPLE_BITS = 124, 148
+"""Bits of sums of three doubles, and the most that these keep likewise.
 
-
-def in_pairs(bits: int) -> bool:
-    """True if numbers of a precision of `bits` bits are kept as pairs of doubles."""
-    return 53 < bits <= MOST_IN_PAIRS
+They are few precisions, as each takes a kernel of its own."""
 
 
 class Precision:
@@ -48,14 +45,13 @@ class Precision:
     atan2: Any
 
     def __init__(self, bits: int, parts: int) -> None:
-        self.bits, self.in_pairs, self.in_sums = bits, parts == 2, parts > 1
-        self.parts = parts
+        self.bits, self.parts = bits, parts
         """Number of doubles that add up to a number; 0 for numbers of mpmath."""
         doubles = parts == 1
         self.dtype: Any = np.dtype(float if doubles else object)
         m = context(bits)
         for name, arguments in FUNCTIONS.items():
-            if self.in_sums or doubles:
+            if self.parts:
                 mine = getattr(np if doubles else sum_arrays, name)
             else:
                 mine = np.frompyfunc(getattr(m, name), arguments, 1)
@@ -66,7 +62,7 @@ class Precision:
 
     def number(self, x: Scalar) -> Any:
         """A number of this precision from an int, float, Fraction, Exact or number of mpmath."""
-        if self.in_sums:
+        if self.parts > 1:
             return SumArray(in_parts(self._fraction(x), 53 * self.parts))
         if isinstance(x, Exact):
             x = x.at(self.bits + GUARD_BITS)
@@ -80,10 +76,10 @@ class Precision:
     def array(self, x: Scalar) -> Any:
         """An array of this precision from an array or nested list of such numbers."""
         if isinstance(x, SumArray):
-            if self.in_sums:
+            if self.parts > 1:
                 return SumArray.of(x, self.parts)
             return self.floats(x) if self.bits == 53 else self.array(x.exactly())
-        if self.in_sums:
+        if self.parts > 1:
             return self._sums(x)
         given = np.asarray(x)
         if given.dtype.kind in "fiu" and self.dtype != object:
@@ -112,7 +108,7 @@ class Precision:
 
     def zeros(self, shape: tuple[int, ...]) -> Any:
         """An array of zeros."""
-        if self.in_sums:
+        if self.parts > 1:
             return SumArray.of(np.zeros(shape), self.parts)
         return np.zeros(shape, self.dtype)
 
@@ -130,13 +126,27 @@ class Precision:
 @functools.cache
 def precision(bits: int) -> Precision:
     """The precision of `bits` bits; it is never changed, so that threads may share it."""
-    return Precision(bits, 1 if bits == 53 else 2 if in_pairs(bits) else 0)
+    return Precision(bits, 1 if bits == 53 else 2 if 53 < bits <= MOST_IN_PAIRS else 0)
 
 
 @functools.cache
 def in_triples(bits: int) -> Precision:
-    """The precision of up to `MOST_IN_TRIPLES` bits in sums of three doubles."""
+    """The precision of `bits` bits, one of `TRIPLE_BITS`, in sums of three doubles."""
     return Precision(bits, 3)
+
+
+def in_sums(bits: float) -> Precision:
+    """The precision of at least so many bits in pairs or, up to what these hold, in triples."""
+    if bits <= MOST_IN_PAIRS:
+        return precision(MOST_IN_PAIRS)
+    return in_triples(TRIPLE_BITS[bits > TRIPLE_BITS[0]])
+
+
+def rounded(x: Scalar, a: Precision) -> Any:
+    """A number, an array or a record of them, rounded to a precision; doubles stay as they are."""
+    if isinstance(x, tuple):
+        return type(x)(*(rounded(one, a) for one in x))
+    return x if x is None or isinstance(x, (int, float)) else a.array(x)[()]
 
 
 def product(x: Scalar, y: Scalar) -> Any:

@@ -46,11 +46,6 @@ def coefficients(p: Angles, unit: str, a: Precision) -> Coefficients:
     return Coefficients(found, a.number(1 / (2 * m.cos(half))), a.number(1 / (2 * m.sin(half))))
 
 
-def rounded(c: Coefficients) -> Coefficients:
-    """The coefficients in doubles."""
-    return Coefficients(AlignedCoefficients(*map(float, c.aligned)), float(c[1]), float(c[2]))
-
-
 class ReducedRates(NamedTuple):
     """Rates of change in t', with three functions that the energy and M3 need."""
 

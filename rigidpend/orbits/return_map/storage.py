@@ -27,15 +27,7 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST_BITS, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.orbits.integrate.sum_arrays import SumArray
-from rigidpend.orbits.return_map.build import (
-    WITH_THETA3,
-    Costly,
-    Design,
-    ReturnMap,
-    build,
-    plan,
-    table_bits,
-)
+from rigidpend.orbits.return_map.build import WITH_THETA3, Costly, Design, ReturnMap, build, plan
 from rigidpend.orbits.return_map.charts import Chart
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval
@@ -146,7 +138,7 @@ class _Kept:
 
     def __init__(self, body: Body, low: Exact, high: Exact, bits: int, design: Design) -> None:
         self._task = body, low, high, bits, design
-        self._of = map_key(body, low, high, bits, design, table_bits(bits))
+        self._of = map_key(*self._task)
         self._lock, self.known = threading.Lock(), self._stored()
 
     def within(self, budget: float, make: Make | None = None) -> ReturnMap:
@@ -213,13 +205,10 @@ kept_map = functools.lru_cache(maxsize=16)(_Kept)
 """The one :class:`_Kept` of a map, of those that were asked for last."""
 
 
-def map_key(body: Body, low: Exact, high: Exact, bits: int, design: Design, table: int) -> bytes:
-    """All that a map follows from, as text: the key under which it is stored.
-
-    `bits` is the precision of the map, `table` that of its tables.
-    """
+def map_key(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> bytes:
+    """All that a map follows from, as text: the key under which it is stored."""
     parts = [package_digest(), *(str(x.key) for x in (*body.A, *body.r, body.mu, low, high))]
-    parts += [str(bits), json.dumps(tuple(design)), str(table)]
+    parts += [str(bits), json.dumps(tuple(design))]
     return "\n".join(parts).encode()
 
 
@@ -266,7 +255,7 @@ def as_doubles(x: Scalar) -> Any:
 
 def from_doubles(parts: Any, a: Precision) -> Any:
     """The numbers of a precision that :func:`as_doubles` has made parts of."""
-    if a.in_sums:
+    if a.parts > 1:
         return SumArray(parts)
     # Each partial sum is a number of the precision, without a rounding.
     return np.asarray(sum(map(a.array, parts)))

@@ -33,8 +33,8 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import at_crossings, states_at
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.poincare import rotation_phase
-from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import coefficients, lift, reduced, rounded
+from rigidpend.orbits.return_map.precision import precision, rounded
+from rigidpend.orbits.return_map.reduced import coefficients, lift, reduced
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import STEP, ChainLevel
@@ -99,7 +99,7 @@ class Launch:
         self.J1 = min(self.J1_0 * depth, level.splitting * highest)
         self.c = coefficients(self.p, "1", self.a)
         self.fractions = AlignedCoefficients(*(fraction(x, self.bits) for x in self.c.aligned))
-        self.doubles = rounded(self.c)
+        self.doubles = rounded(self.c, precision(53))
         self.zero_phase = self.a.pi / 2 - self.p.beta0 / 2
 
     def theta2(self, b: Array, J1: float) -> Array:

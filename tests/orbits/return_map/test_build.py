@@ -25,12 +25,12 @@ from rigidpend.orbits.return_map import (
     storage,
 )
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WITH_THETA3, Design
-from rigidpend.orbits.return_map.charts import ArcOrigin, arcs, free_growth, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, arc_ends, free_growth, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import NormalForm, normal_form
 from rigidpend.orbits.return_map.poincare import rotation_phase
-from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.precision import Precision, in_triples, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import ChartTable
 from scripts import stated_maps
@@ -153,6 +153,14 @@ def test_a_map_is_shown_in_two_lines() -> None:
     assert second == f" h = 1.3332 to 1.3352, 53 bits, errors of its tables up to {worst:.2g}>"
 
 
+def test_programs_of_the_same_starts_share_their_table() -> None:
+    made, starts = return_map(FIG4, h=H), (1e-5, 2e-5)
+    one, other = made.program(53, *starts), made.program(53, *starts, coarse=1e-9)
+    assert one is made.program(53, *starts)
+    assert one is not other
+    assert one.starts is other.starts is not made.program(53, 1e-5, 3e-5).starts
+
+
 @pytest.mark.slow
 def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
@@ -233,7 +241,7 @@ def test_no_further_terms_are_tried_where_they_give_nothing_in_the_most_bits(
     monkeypatch: pytest.MonkeyPatch, bits: int, attempts: int
 ) -> None:
     """Tables of fewer bits than pairs have are made again in all of these first."""
-    monkeypatch.setattr(build, "held_out", held := Mock(return_value=(1e-3, 1e-3)))
+    monkeypatch.setattr(checks, "held_out", held := Mock(return_value=(1e-3, 1e-3)))
     with pytest.raises(MapError, match=f"in the last of {attempts} attempts they err by 0.001"):
         build.build(FIG4, exact(H), exact(H), bits)
     # Downward and upward, where each attempt halves the error they go on to the fourth.
@@ -348,10 +356,8 @@ def test_the_stated_error_of_a_chart_is_its_factor_times_that_of_each_of_its_fun
     c, chart = coefficients(FIG4.angles(113), "1", a), made.charts[rising]
 
     def stated(**tables: ChartTable) -> tuple[float, float]:
-        length = a.number(made.orders.length)
-        return checks.held_out(
-            rising, chart._replace(**tables), made.normal_form, ArcOrigin(c, a), length, a
-        )
+        arcs = Arcs(a.number(made.orders.length), c, a)
+        return checks.held_out(rising, chart._replace(**tables), made.normal_form, arcs, a)
 
     for k in range(4):
 
@@ -419,7 +425,7 @@ def test_energies_at_which_a_map_is_checked_fill_its_interval(
     monkeypatch.setattr(checks, "TorusForm", form := Mock(side_effect=InterruptedError))
     for rising in (False, True):
         with pytest.raises(InterruptedError):
-            checks.held_out(rising, chart, nf, MagicMock(), 1.0, precision(53))
+            checks.held_out(rising, chart, nf, MagicMock(), precision(53))
         *within, high, low = form.call_args.args[1]
         parts = (np.array(within) - 1.5) * checks.LEVELS
         np.testing.assert_array_equal(np.floor(parts), np.arange(checks.LEVELS))
@@ -433,6 +439,18 @@ def of_few_terms(a: Precision) -> tuple[Any, NormalForm]:
     return c, normal_form(c, Interval(a.number(1.3342), a.number(0.001), 3), 9, 9, 0.1, a)
 
 
+def test_charts_are_checked_by_arcs_longer_by_a_twentieth(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whose ends would otherwise be those of the charts' own."""
+    a, made = precision(53), return_map(FIG4, h=H)
+    monkeypatch.setattr(checks, "section_chart", ends := Mock(side_effect=InterruptedError))
+    arcs = Arcs(4.0, coefficients(FIG4.angles(), "1", a), a)
+    with pytest.raises(InterruptedError):
+        checks.held_out(True, made.charts[True], made.normal_form, arcs, a)
+    longer = ends.call_args.args[-1]
+    assert longer == arcs._replace(length=longer.length)
+    assert longer.length == pytest.approx(4.2)
+
+
 @pytest.mark.parametrize("rising", [False, True])
 @pytest.mark.parametrize(("bits", "off"), [(53, 1e-13), (96, 1e-28), (113, 1e-32)])
 def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float) -> None:
@@ -442,9 +460,8 @@ def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float)
     d = a.array([-0.001, 0, 0.001, -0.001, 0, 0.001, -0.0005, 0.0005])
     chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
     form = TorusForm(nf, h, a, counts, shared=[3, 2])
-    path, time, late, turned, at = arcs(
-        rising, d, chi, form, ArcOrigin(c, a), a.number(6.0), a.array([0.5])
-    )
+    arcs = Arcs(a.number(6.0), c, a)
+    path, time, late, turned, at = arc_ends(rising, d, chi, form, arcs, a.array([0.5]))
     end = states_at(c.aligned, path[:, 0], (time / 2 + late)[None], bits)[:, 0]
     missing = rotation_phase(end, c, a) - chi - turned
     assert a.largest(a.sin(missing / 2)) < off
@@ -481,8 +498,8 @@ def test_phases_at_the_ends_of_arcs_are_sharp_whatever_doubles_lead_there_and_le
 
     monkeypatch.setattr(charts, "states_at", late)
     d, chi = a.array([-0.001, 0, 0.001]), a.array([0.5, 3, 6])
-    given = rising, d, chi, Watched(nf, h, a), ArcOrigin(c, a), a.number(4.0), a.array([0.5])
-    path, _, rest, turned, _ = arcs(*given)
+    arcs = Arcs(a.number(4.0), c, a)
+    path, _, rest, turned, _ = arc_ends(rising, d, chi, Watched(nf, h, a), arcs, a.array([0.5]))
     missing = rotation_phase(states_at(c.aligned, path[:, -1], rest[None], 96)[:, 0], c, a)
     assert a.largest(a.sin((missing - chi - turned) / 2)) < 2.0**-103
     assert a.largest(seen[0]) < 3.15 < a.largest(chi + turned)
@@ -495,15 +512,24 @@ def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(ris
     a = precision(96)
     h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
     nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
-    given = (
-        rising,
-        a.array([-0.001, 0.001]),
-        a.array([0.5, 3]),
-        TorusForm(nf, h, a),
-        ArcOrigin(c, a),
-    )
-    one, other = (section_chart(*given, a.number(x)) for x in (6.0, 6.0 + 1e-13))
+    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a)
+    lengths = (a.number(x) for x in (6.0, 6.0 + 1e-13))
+    one, other = (section_chart(*given, Arcs(x, c, a)) for x in lengths)
     assert a.largest(one - other) < 1e-25
+
+
+@pytest.mark.parametrize("rising", [False, True])
+def test_charts_are_in_pairs_whatever_sums_their_arcs_run_in(rising: bool) -> None:
+    """With theta3, which is a sum over the arc."""
+    a, sharp = precision(96), in_triples(124)
+    h = a.array([1.3342])
+    c, sharper = (coefficients(FIG4.angles(200), "1", x) for x in (a, sharp))
+    form = TorusForm(normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a), h, a)
+    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), form
+    one = section_chart(*given, Arcs(a.number(6.0), c, a))
+    other = section_chart(*given, Arcs(a.number(6.0), sharper, sharp))
+    assert one.parts.shape == other.parts.shape == (2, 4, 2)
+    assert a.largest(one - other) < 1e-26
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -513,3 +539,58 @@ def test_an_arc_that_is_longer_by_a_turn_ends_a_turn_later(side: int) -> None:
     turn = 2 * math.pi / math.sqrt(2 * h * float(c.aligned.kappa))
     first, second = (free_growth(side, x, h, c, a) for x in (5.0, 5.0 + turn))
     assert second - first == pytest.approx(2 * math.pi * side)
+
+
+@pytest.mark.parametrize(
+    ("bits", "narrower", "tables", "form"),
+    [
+        # Terms below the roundings of a finished map gain nothing.
+        (53, 0, -53, -48),
+        (53, 9, -53, -48),
+        (64, 0, -72, -69),
+        (64, 9, -77, -69),
+        (90, 0, -98, -95),
+        # Their tables have no more bits than they have.
+        (91, 0, -91, -86),
+        (91, 9, -91, -86),
+        (113, 0, -113, -108),
+    ],
+)
+def test_terms_are_left_out_by_what_a_map_of_its_bits_may_err(
+    bits: int, narrower: int, tables: int, form: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "_looked", lambda *_: (None, MagicMock(), None))
+    monkeypatch.setattr(build, "orders", planned := Mock())
+    build.plan(FIG4, exact(H), exact(H), bits, FIRST._replace(narrower=narrower))
+    assert planned.call_args.args[-2:] == (2.0**tables, 2.0**form)
+
+
+@pytest.mark.parametrize("rising", [False, True], ids=["downward", "upward"])
+def test_charts_have_the_widths_of_the_layer_and_the_nodes_of_their_orders(rising: bool) -> None:
+    """The chart of downward crossings is of another width than that of upward ones."""
+    task = FIG4, exact(H), exact(H), 53, SECOND
+    layer, planned = build.plan(*task)
+    planned = planned._replace(n_phase_inverse=planned.n_phase + 2)
+    chart = build.build(*task, by=(layer, planned)).charts[rising]
+    assert layer.widths[0] != pytest.approx(layer.widths[1], rel=1e-3)
+    assert (chart.forward.width, chart.inverse.width) == (layer.widths[rising], layer.widest_I)
+    sizes = planned.n_x, planned.n_phase, planned.n_phase_inverse
+    found = chart.forward.n_x, chart.forward.n_phase, chart.inverse.n_phase
+    assert found == sizes
+    assert chart.inverse.n_x == planned.n_x
+
+
+def test_errors_of_a_map_are_the_largest_of_both_sections(monkeypatch: pytest.MonkeyPatch) -> None:
+    a, sections, cut = precision(53), Mock(), Mock()
+    sections.side_effect = [(1.0, 4.0), (3.0, 2.0)]
+    cut.side_effect = [(0.1, 0.2, 0.3), (0.4, 0.1, 0.1), (0.2, 0.6, 0.1), (0.1, 0.1, 0.5)]
+    monkeypatch.setattr(checks, "held_out", sections)
+    monkeypatch.setattr(checks, "tails", cut)
+    # Lambda_0 in the middle of the energies, where the polynomials are 1, 0 and -1: 0.6.
+    rates = np.array([[0.7], [0.2], [0.1]])
+    nf: Any = Mock(disagreement=0.25, exponent=rates, energies=Interval(1.0, 0.5, 3))
+    charts: Any = (("down", "its inverse"), ("up", "its inverse"))
+    found = checks.measured(charts, nf, Mock(), 0.5, a)
+    assert found.floquet == pytest.approx(0.1)
+    assert found == checks.Errors(0.25, found.floquet, 3.0, 4.0, 0.4, 0.6, 0.5)
+    assert [call.args[:2] for call in sections.call_args_list] == [(0, charts[0]), (1, charts[1])]

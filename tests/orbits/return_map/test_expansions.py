@@ -18,7 +18,14 @@ from rigidpend.orbits.return_map.expansions import (
     in_blocks,
     phases,
 )
-from rigidpend.orbits.return_map.precision import UNDIVIDED, in_triples, precision, product
+from rigidpend.orbits.return_map.precision import (
+    UNDIVIDED,
+    in_sums,
+    in_triples,
+    precision,
+    product,
+    rounded,
+)
 from rigidpend.orbits.return_map.storage import as_doubles, from_doubles
 
 BITS = [53, 64, 113, 160]
@@ -152,7 +159,7 @@ def test_triples_hold_numbers_of_every_kind_with_all_their_digits() -> None:
         assert abs(sum(map(fine.mpf, found.parts.tolist())) / x - 1) < 2.0**-159
     assert (a.zeros((2, 4)).parts == np.zeros((3, 2, 4))).all()
     np.testing.assert_array_equal(a.floats(a.array([0.1, 2])), [0.1, 2.0])
-    assert (a.bits, a.parts, a.in_pairs, a.epsilon) == (148, 3, False, 2.0**-147)
+    assert (a.bits, a.parts, a.epsilon) == (148, 3, 2.0**-147)
 
 
 def test_sums_become_numbers_of_other_precisions() -> None:
@@ -164,3 +171,32 @@ def test_sums_become_numbers_of_other_precisions() -> None:
         assert [Fraction(*x.as_integer_ratio()) for x in found] == list(given.exactly())
     np.testing.assert_array_equal(precision(96).array(triples).parts, triples.parts[:2])
     np.testing.assert_array_equal(precision(53).array(triples), triples.parts[0])
+
+
+@pytest.mark.parametrize(
+    ("bits", "found"),
+    [(1.0, (96, 2)), (96.0, (96, 2)), (96.1, (124, 3)), (124.0, (124, 3)), (124.1, (148, 3))],
+)
+def test_sums_have_at_least_the_bits_that_are_asked_for(
+    bits: float, found: tuple[int, int]
+) -> None:
+    a = in_sums(bits)
+    assert (a.bits, a.parts) == found
+
+
+def test_records_are_rounded_with_all_that_they_hold_but_doubles() -> None:
+    """Numbers come out as numbers, and arrays as arrays."""
+    triples, pairs = in_triples(148), precision(96)
+    third = Fraction(1, 3)
+    inner = Interval(triples.number(third), 0.1, 3)
+    nothing, found, array = rounded(Interval(None, inner, triples.array([third])), pairs)
+    assert nothing is None
+    assert isinstance(found, Interval)
+    assert (found.half_width, found.n) == (0.1, 3)
+    for one in (found.centre, array[0]):
+        assert one.exactly() == pairs.number(third).exactly() != third
+        assert one.shape == ()
+    assert array.shape == (1,)
+    low = rounded(inner, precision(53))
+    assert (low, type(low.centre)) == (Interval(1 / 3, 0.1, 3), np.float64)
+    assert not isinstance(rounded(inner, precision(200)).centre, np.ndarray)

@@ -8,16 +8,15 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.orbits.return_map import MapError, looks, normal_form
-from rigidpend.orbits.return_map.charts import ArcOrigin
 from rigidpend.orbits.return_map.looks import (
     LARGEST_RADIUS,
-    Layer,
     Rough,
     first_look,
     least_degree,
     second_look,
     whole_reach,
 )
+from rigidpend.orbits.return_map.midline import Layer
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
@@ -74,7 +73,7 @@ def test_tables_reach_as_far_as_series_shrink_and_the_reason_is_that_of_the_whol
 ) -> None:
     one, asked = first_look(rough, 1.0).widest_I, []
 
-    def second_look(_: Rough, layer: Layer, _origin: ArcOrigin) -> Any:
+    def second_look(_: Rough, layer: Layer, *_of: Any) -> Any:
         asked.append(layer.widest_I / one)
         if asked[-1] > reached:
             raise MapError(f"not as far as {asked[-1]:.3g}")
@@ -97,13 +96,13 @@ def test_a_normal_form_of_too_high_a_degree_is_refused(
     layer = first_look(rough, 5.5)
     monkeypatch.setattr(looks, "MOST_DEGREE", 0)
     with pytest.raises(MapError, match="mu is too large: the normal form") as refused:
-        second_look(rough, layer, ArcOrigin(rough.c, precision(53)))
+        second_look(rough, layer, rough.c, precision(53))
     degree = int(str(refused.value).rpartition(" ")[2])
     monkeypatch.setattr(looks, "MOST_DEGREE", degree)
-    assert second_look(rough, layer, ArcOrigin(rough.c, precision(53))).by_degree[0] == 1
+    assert second_look(rough, layer, rough.c, precision(53)).by_degree[0] == 1
     monkeypatch.setattr(looks, "MOST_DEGREE", degree - 1)
     with pytest.raises(MapError, match="mu is too large: the normal form"):
-        second_look(rough, layer, ArcOrigin(rough.c, precision(53)))
+        second_look(rough, layer, rough.c, precision(53))
 
 
 @pytest.mark.parametrize(("mu", "degree"), [("0.0095", 59), ("0.0096", 61)])
@@ -117,15 +116,13 @@ def test_series_in_the_nome_reach_over_the_layer_of_a_thin_body_which_others_do_
     refused = f"that it takes the degree {degree}"
     if degree < 60:
         assert (
-            least_degree(
-                second_look(thin, layer, ArcOrigin(thin.c, precision(53))).by_degree, 2.0**-53
-            )
+            least_degree(second_look(thin, layer, thin.c, precision(53)).by_degree, 2.0**-53)
             == degree
         )
         monkeypatch.setattr(normal_form, "normalization", lambda c, h, count: np.eye(1, count)[0])
         refused = "the series of the map do not shrink"
     with pytest.raises(MapError, match=f"{refused}$"):
-        second_look(thin, layer, ArcOrigin(thin.c, precision(53)))
+        second_look(thin, layer, thin.c, precision(53))
 
 
 def test_arcs_end_short_of_the_singularity(rough: Rough) -> None:

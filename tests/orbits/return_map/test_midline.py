@@ -11,19 +11,19 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import context, exact
-from rigidpend.orbits.integrate.states import first_crossings
+from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, looks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
-from rigidpend.orbits.return_map.charts import ArcOrigin, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, arc_ends, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, fourier_basis, phases
-from rigidpend.orbits.return_map.looks import Layer, Rough, midlines
-from rigidpend.orbits.return_map.midline import Midline, midline
+from rigidpend.orbits.return_map.looks import Rough, midlines
+from rigidpend.orbits.return_map.midline import Layer, Midline, midline
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.orders import building_seconds
 from rigidpend.orbits.return_map.passage import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
-from rigidpend.orbits.return_map.precision import in_triples, precision
+from rigidpend.orbits.return_map.precision import in_triples, precision, rounded
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.surfaces import surface_orbits
 from tests.bodies import FIG4
@@ -147,13 +147,13 @@ def test_surfaces_lie_at_equal_distances_from_their_midline(rising: bool) -> Non
     lines = midlines(looked, 0.0, 1e-12 * looked.displacement)
     nf = normal_form(looked.c, Interval(looked.h, 0.0, 1), 7, 15, 0.0, DOUBLES, theta3=False)
     form, chi = TorusForm(nf, np.full(1, looked.h), DOUBLES), phases(n, DOUBLES)
-    origin = ArcOrigin(looked.c, DOUBLES, lines)
-    found = section_chart(rising, 0 * chi, chi, form, origin, looked.arc_length(1e-4))
+    arcs = Arcs(looked.arc_length(1e-4), looked.c, DOUBLES, lines)
+    found = section_chart(rising, 0 * chi, chi, form, arcs)
     value = found[0 if rising else 1]
     even = value + value[-np.arange(n)]
     assert np.abs(even).max() < 10 * 0.001 / 1.3342 * np.abs(value).max()
     # Without it most of the displacement remains.
-    plain = section_chart(rising, 0 * chi, chi, form, ArcOrigin(looked.c, DOUBLES), 5.0)
+    plain = section_chart(rising, 0 * chi, chi, form, Arcs(5.0, looked.c, DOUBLES))
     assert np.abs(plain[0 if rising else 1]).max() > 2 * np.abs(value).max()
 
 
@@ -290,14 +290,14 @@ def test_arcs_have_the_bits_of_tables_and_those_by_which_the_layer_is_thinner_th
     bits: int, narrower: int, width: float, arcs: tuple[int, int], monkeypatch: Any
 ) -> None:
     design, asked = FIRST._replace(narrower=narrower), list[Any]()
-    given: Any = Mock(n_energy=1)
+    given: Any = Mock(n_energy=1, length=5.0)
 
     def stopped(*made: Any) -> Any:
-        asked.append(made[1])
+        asked.append(made[2])
         raise InterruptedError
 
-    monkeypatch.setattr(build, "building_seconds", lambda *_, in_triples, **__: float(in_triples))
-    monkeypatch.setattr(build, "ArcOrigin", stopped)
+    monkeypatch.setattr(build, "building_seconds", lambda *_, **__: 0.0)
+    monkeypatch.setattr(build, "Arcs", stopped)
     layer = Layer(1.0, (2.0**-width, 2.0 ** (1 - width)))
     with pytest.raises(InterruptedError):
         build.build(DEEP, *ENDS, bits, design, by=(layer, given))
@@ -322,7 +322,22 @@ def test_a_narrow_map_is_expected_to_cost_what_arcs_in_triples_do() -> None:
     design = FIRST._replace(narrower=NARROWER)
     for bits, tables, triples in ((64, 70, True), (53, 59, False)):
         _, planned = build.plan(DEEP, *ENDS, bits, design)
-        given = rough(DEEP, H), planned, tables
-        costs = [building_seconds(*given, theta3=False, in_triples=x) for x in (False, True)]
+        given = rough(DEEP, H), planned, precision(tables)
+        costs = [building_seconds(*given, x, theta3=False) for x in (given[2], in_triples(124))]
         assert costs[0] < costs[1]
         assert build.expected_cost(DEEP, *ENDS, bits, design) == costs[triples]
+
+
+@SIDES
+def test_arcs_run_with_all_digits_of_the_sums_in_which_they_begin(rising: bool) -> None:
+    """Coefficients in pairs would leave 2^-104; states at the end are rounded to pairs."""
+    body, a, sharp = Body((2, 1, "1.5"), (1, 1, 0), "1e-12"), precision(96), in_triples(148)
+    h, length = exact(H), 20 * math.log(2) / rough(body, H).rate
+    c, fine = (coefficients(body.angles(240), "1", x) for x in (sharp, FINE))
+    nf = normal_form(rounded(c, a), Interval(a.number(h), a.number(0), 1), 3, 5, 0.1, a)
+    form, arcs = TorusForm(nf, nf.energies.nodes(a), a), Arcs(a.number(length), c, sharp)
+    d, chi = [1e-13], [0.5]
+    path, time, *_ = arc_ends(rising, a.array(d), a.array(chi), form, arcs, a.zeros((0,)))
+    begin = section_state(rising, FINE.array(d), FINE.array(chi), FINE.array(form.h), fine, FINE)
+    true = states_at(fine.aligned, begin, FINE.array(time)[None], 200)[:, 0]
+    assert FINE.largest(FINE.array(path[:, -1]) - true) < 2.0**-106

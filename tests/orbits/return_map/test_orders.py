@@ -10,7 +10,8 @@ import pytest
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3, expected_cost
 from rigidpend.orbits.return_map.checks import Errors
-from rigidpend.orbits.return_map.looks import Layer, Rough, Shrinking
+from rigidpend.orbits.return_map.looks import Rough, Shrinking
+from rigidpend.orbits.return_map.midline import Layer
 from rigidpend.orbits.return_map.orders import Orders, building_seconds, energy_nodes, orders
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -89,12 +90,12 @@ def test_a_map_of_larger_orders_costs_more(name: str) -> None:
     """And not more than the largest power of them in the number of operations."""
     rough = Rough(coefficients(FIG4.angles(), "1", precision(53)), 1.3342)
     orders = Orders(21, 31, 20, 81, 91, 5, 2.5)
-    twice = orders._replace(**{name: 2 * getattr(orders, name)})
-    once, more = (building_seconds(rough, x, 53, theta3=True) for x in (orders, twice))
+    twice, of = orders._replace(**{name: 2 * getattr(orders, name)}), [precision(53)] * 2
+    once, more = (building_seconds(rough, x, *of, theta3=True) for x in (orders, twice))
     assert 1 < more / once < 8
     # Where charts cost little a normal form costs as the cube of its degree.
     forms = (Orders(n, 99, 2, 3, 3, 9, 2.5) for n in (400, 800))
-    few, many = (building_seconds(rough, x, 53, theta3=False) for x in forms)
+    few, many = (building_seconds(rough, x, *of, theta3=False) for x in forms)
     assert 7.5 < many / few < 8.2
 
 
