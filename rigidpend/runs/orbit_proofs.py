@@ -25,9 +25,8 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import coverings, pieces, sections
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.codes import Report
-from rigidpend.routes.certified.pieces import Source
+from rigidpend.routes.certified.pieces import Source, Undecided
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 

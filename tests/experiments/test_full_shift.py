@@ -25,8 +25,7 @@ from rigidpend.routes.certified import (
     sections,
     start_lines,
 )
-from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified.pieces import FamilyStep, Undecided
 from tests.experiments.trees import asked, reference
 
 SEARCHED = "problem.half_turns=null"

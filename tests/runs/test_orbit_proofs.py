@@ -17,7 +17,7 @@ import pytest
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.routes.certified import chains, coverings, pieces, sections
-from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.pieces import Undecided
 from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_coverings, check_series
 from scripts import check_orbit as script

@@ -13,10 +13,9 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.experiments.shared import rational
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import connections, coverings, pieces, sections
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import Relation
 from rigidpend.routes.certified.passages import Reached
-from rigidpend.routes.certified.pieces import Followed
+from rigidpend.routes.certified.pieces import Followed, Undecided
 
 
 class Proven(NamedTuple):

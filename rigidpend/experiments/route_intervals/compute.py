@@ -26,9 +26,8 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified import intervals as lines
 from rigidpend.routes.certified import pieces
 from rigidpend.routes.certified.balls import alone
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
-from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified.pieces import FamilyStep, Undecided
 from rigidpend.routes.phases import DOUBLED, angle
 
 FIRST = 5

@@ -41,8 +41,8 @@ Modules that prove
 ------------------
 From the bottom upwards; none imports one that finds.
 
-checker      what is said where nothing is proven
-pieces       data of proofs: sets, lines of starts and steps, and these as arrays
+pieces       data of proofs: sets, lines of starts and steps, and these as arrays; the refusal
+             where nothing is proven
 balls        enclosures of numbers, and the logarithmic norm
 models       polynomials over the integers with a bound on their distance from functions
 sections     numbers of a body; sets and lines, and where their orbits begin (C1)

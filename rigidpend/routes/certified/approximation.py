@@ -1,6 +1,6 @@
 """Approximate orbits in any precision as Chebyshev series, step by step, by Newton's iteration.
 
-Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.checker` decides.
+Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.orbit` decides.
 
 A step starts from a solution in doubles. Each iteration then computes the residual of the integral
 equation on x in [-1, 1],

@@ -19,7 +19,6 @@ import numpy as np
 from rigidpend.machine.workers import check_stop
 from rigidpend.numbers import Array
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import prove_link, relation
 from rigidpend.routes.certified.family_orbits import pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
@@ -30,6 +29,7 @@ from rigidpend.routes.certified.pieces import (
     Quad,
     Source,
     StartLine,
+    Undecided,
     quad_from,
 )
 from rigidpend.routes.certified.start_lines import SPREAD_FACTOR, LineStarts, line_pieces

@@ -13,10 +13,9 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, ball_of
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import Reached
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, Undecided
 from rigidpend.routes.certified.sections import POINT_BOX, Numbers, beginning, begun, largest, place
 
 

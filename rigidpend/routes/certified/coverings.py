@@ -16,9 +16,15 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
-from rigidpend.routes.certified.pieces import FamilyStep, Followed, Quad, Source, StartLine
+from rigidpend.routes.certified.pieces import (
+    FamilyStep,
+    Followed,
+    Quad,
+    Source,
+    StartLine,
+    Undecided,
+)
 from rigidpend.routes.certified.sections import (
     POINT_BOX,
     W_WEIGHT,

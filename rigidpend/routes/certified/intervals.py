@@ -18,10 +18,9 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import ARB_BITS, ball_of, start_of
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import followed, signs_on_parts
-from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified.pieces import FamilyStep, Undecided
 from rigidpend.routes.certified.sections import Numbers
 
 MOST_TERMS = 100

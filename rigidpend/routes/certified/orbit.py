@@ -2,7 +2,7 @@
 
 It knows nothing of how they were found. `docs/certified.md` states the theorem, whose hypotheses
 are called H1 to H5 here as well. A hypothesis that is not shown ends in
-:class:`rigidpend.routes.certified.checker.Undecided`. All times are dimensionless; those of a step
+:class:`rigidpend.routes.certified.pieces.Undecided`. All times are dimensionless; those of a step
 count in the unit of :class:`Enclosed`.
 """
 
@@ -25,10 +25,9 @@ from rigidpend.routes.certified.balls import (
     start_of,
     upper,
 )
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Path, at_ends, on_parts
 from rigidpend.routes.certified.passages import defects, joined, tube
-from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_CLOCK, Step
+from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_CLOCK, Step, Undecided
 from rigidpend.routes.certified.sections import Numbers
 from rigidpend.routes.problem import RouteProblem
 

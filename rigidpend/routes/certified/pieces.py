@@ -1,7 +1,8 @@
 """Data of proofs, of one orbit and of covering relations: steps and sets, and these as arrays.
 
-Nothing is computed or proven here. Arrays that are no such data raise ValueError when they are
-read. A set is one of `docs/full-shift.md`; times are dimensionless.
+Nothing is computed or proven here; what a checker does not find proven ends in `Undecided`. Arrays
+that are no such data raise ValueError when they are read. A set is one of `docs/full-shift.md`;
+times are dimensionless.
 """
 
 from __future__ import annotations
@@ -18,6 +19,14 @@ ORBIT_CLOCK = 32
 """Binary digits behind the point of the half-length of a step of one orbit."""
 ORBIT_BITS, ORBIT_TERMS, ORBIT_STEPS = 4096, 4096, 20_000
 """Limits on one orbit: bits of a unit, coefficients of a component, and steps."""
+
+
+class Undecided(ArithmeticError):
+    """Error: the polynomials do not prove what comes next; the text says why."""
+
+
+class Outgrown(Undecided):
+    """Error: the bound on the distance has grown too large; more bits would help."""
 
 
 class Step(NamedTuple):

@@ -28,9 +28,8 @@ from rigidpend.routes.certified.balls import (
     momentum_unit,
     upper,
 )
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family, horner
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, Source, StartLine
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, Source, StartLine, Undecided
 
 W_WEIGHT = 64
 """Weight of w in the difference of two orbits of different energies (C7); any number will do."""

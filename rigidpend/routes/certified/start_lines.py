@@ -21,7 +21,6 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import Precision, precision
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.connections import check_middle
 from rigidpend.routes.certified.family_orbits import FamilyGrid, to_crossing
 from rigidpend.routes.certified.horseshoe import (
@@ -36,7 +35,7 @@ from rigidpend.routes.certified.horseshoe import (
     quads,
 )
 from rigidpend.routes.certified.models import horner
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, Undecided
 
 SPREAD_FACTOR = 1.02
 """Spread of the energies that are proven, over that of a line of starts."""

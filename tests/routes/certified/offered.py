@@ -21,7 +21,6 @@ from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import approximation, intervals, passages, pieces, sections
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.orbit import enclosed, proof_of
 from rigidpend.routes.certified.pieces import (
@@ -30,6 +29,7 @@ from rigidpend.routes.certified.pieces import (
     Quad,
     StartLine,
     Step,
+    Undecided,
     unpacked,
     unpacked_line,
     unpacked_quads,

@@ -28,11 +28,11 @@ from rigidpend.routes.certified import (
     sections,
     start_lines,
 )
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.orbit import enclosed
 from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Quad,
+    Undecided,
     unpacked,
     unpacked_energies,
     unpacked_quads,

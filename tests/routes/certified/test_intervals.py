@@ -21,11 +21,11 @@ from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval, proven_intervals
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.pieces import Undecided
 from scripts import check_intervals as script
 from scripts import check_pieces, check_sections
 from scripts.check_certificate import Fails, Refused
