@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -73,9 +74,9 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
     method : {"auto", "map", "integration"}, optional
     use_kept : bool, optional
         Whether a problem that is asked for often may use what earlier calls left: few orbits the
-        maps that are kept, many orbits the sample of an earlier call. Maps are then made as soon
-        as they pay for the orbits of all calls. Stored results are computed without this, so that
-        they depend on no cache.
+        maps that are kept, many orbits the sample of an earlier call. Where none are kept, maps are
+        made as soon as they pay for the orbits of all calls. Stored results are computed without
+        this, so that they depend on no cache.
 
     Raises
     ------
@@ -92,16 +93,22 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
         raise ProblemError("precisions", message)
     auto = method == "auto" and ladder[0] == 53
-    asked, often, sampled = _counted(run) if use_kept and auto else (run.orbits, False, True)
-    # Of few orbits integration is so cheap that only maps that exist already may be faster.
-    few = auto and not costs.at_stake(run.problem, asked, ladder)
-    if run.orbits and (method == "map" or (auto and (often or not few))):
+    asked, often, due = _counted(run) if use_kept and auto else (run.orbits, False, True)
+    # Of few orbits integration is so cheap that only maps that exist already may be faster, or such
+    # as pay for the orbits of all calls.
+    few = auto and not costs.at_stake(run.problem, run.orbits, ladder)
+    pays = auto and costs.at_stake(run.problem, asked, ladder)
+    if run.orbits and (method == "map" or often or pays):
         from rigidpend.orbits.return_map import MapError
         from rigidpend.routes.mapped import Maps
 
         try:
-            maps = Maps(run, orbits=asked, least_time=auto and not few, only_kept=few)
-            return by_maps(maps, sampled=sampled)
+            if few and (kept := _kept(run)):
+                return by_maps(kept, sampled=due)
+            if pays or not few:
+                maps = Maps(run, orbits=asked if few else run.orbits, least_time=auto)
+                # A sample is taken of few orbits too: no others were followed by these maps before.
+                return by_maps(maps, sampled=due or few)
         except certainty.Contradiction:
             # The count is forgotten, so that the next call takes a sample again. Without one it
             # would call wrong symbols certain.
@@ -114,6 +121,16 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
             each, all_ = costs.integration(run.problem, ladder), run.orbits
             costs.warned(run.problem, all_, all_, each, f"there are no return maps: {reason}")
     return run.by_integration()
+
+
+def _kept(run: Run) -> Maps | None:
+    """Maps that were built before; None if none is kept."""
+    from rigidpend.orbits.return_map import MapError
+    from rigidpend.routes.mapped import Maps
+
+    with contextlib.suppress(MapError):
+        return Maps(run, only_kept=True)
+    return None
 
 
 class _Asked(NamedTuple):
@@ -138,7 +155,7 @@ def _counted(run: Run) -> tuple[int, bool, bool]:
     problem, precisions = run.problem, run.arithmetic.precisions
     before = _asked.get(problem, _Asked())
     now, wait = before.all_ + run.orbits, OFTEN / costs.integration(problem, precisions)
-    often, few = now >= wait, not costs.at_stake(problem, now, precisions)
+    often, few = now >= wait, not costs.at_stake(problem, run.orbits, precisions)
     due = (often or not few) and now - before.sampled >= (wait if few else SELDOM)
     _asked[problem] = _Asked(now, now if due else before.sampled)
     return now, often, due

@@ -102,9 +102,9 @@ def route_codes(
         Number of threads (or processes, where Python itself computes). No result depends on it.
     method : {"auto", "map", "integration"}, optional
         Whether double precision is two return maps (`rigidpend.return_map`) or two integrations.
-        "auto" takes the maps where integration of the problem's orbits, in all calls so far, is
-        expected to take a second of a core or more, and the tables less than they save; or,
-        from a tenth of a second on, where the maps are kept from before. `by_map` says which was
+        "auto" takes the maps where integration is expected to take a second of a core or more, and
+        the tables less than they save; for few orbits of a problem that is asked for often, in all
+        calls together, or where the maps are kept from before. `by_map` says which was
         taken. In either case orbits that leave the tables are integrated, uncertain ones are
         integrated in more bits as far as that gains symbols, and a sample is integrated to its
         end, which must agree.

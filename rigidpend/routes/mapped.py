@@ -131,8 +131,9 @@ class Maps:
         self._ready, self._budgets = dict[Task, Program](), dict[Task, float]()
         self._starts = MapStarts(run)
         self.designs = designs_of(run.problem, run.orbits, run.arithmetic.precisions)
-        pays = costs.budget(run.problem, orbits or run.orbits, run.arithmetic.precisions)
-        budget = math.inf if only_kept else pays if least_time else max(pays, LEAST_BUDGET)
+        given = run.problem, orbits or run.orbits, run.arithmetic.precisions
+        pays = math.inf if only_kept else costs.budget(*given)
+        budget = pays if least_time else max(pays, LEAST_BUDGET)
         *more, least = costs.wanted(self.problem)
         for map_bits in more:
             # Maps that do not converge, or cost too much, give way to the next ones.

@@ -112,27 +112,46 @@ def test_kept_maps_wait_the_longer_the_less_the_precisions_cost(
     assert not found(PHASES[:1], **own, precisions=(64,)).by_map.any()
 
 
-@pytest.mark.parametrize(("J1_0", "share", "without"), [("1.7e-8", 2.001, 2), ("1.8e-8", 1.999, 1)])
+@pytest.mark.parametrize(
+    ("J1_0", "share", "without", "calls_paid_for"),
+    [
+        ("1.7e-8", 2.001, 2, [3]),
+        ("1.8e-8", 1.999, 1, [2]),
+        # Calls of many orbits pay for themselves, so that what is made for one serves the next.
+        ("1.9e-8", 0.999, 0, [1, 1, 1, 1]),
+    ],
+)
 def test_maps_are_made_once_they_pay_for_the_orbits_of_all_calls(
-    samples: list[Any], monkeypatch: pytest.MonkeyPatch, J1_0: str, share: float, without: int
+    samples: list[Any],
+    monkeypatch: pytest.MonkeyPatch,
+    J1_0: str,
+    share: float,
+    without: int,
+    calls_paid_for: list[int],
 ) -> None:
     """The first of the calls that take them is sampled, in doubles and in more bits."""
     own: dict[str, Any] = {"n_symbols": 7, "J1_0": J1_0}
-    asked, n, paying = problem(**own), len(PHASES), list[int]()
+    asked, n, paying, made = problem(**own), len(PHASES), list[int](), list[Any]()
 
     def budget(_: Any, orbits: int, *further: Any) -> float:
         paying.append(orbits)
         return math.inf
 
+    def noted(*given: Any, **more: Any) -> ReturnMap:
+        made.append((more["bits"], more["design"]))
+        return return_map(*given, **more)
+
     monkeypatch.setattr(costs, "budget", budget)
-    monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
+    monkeypatch.setattr(mapped, "return_map", noted)
+    monkeypatch.setattr(mapped, "is_kept", lambda *given: given[3:] in made)
     monkeypatch.setattr(costs, "LEAST_SECONDS", share * n * costs.integration(asked))
     calls = [found(**own).by_map.any() for _ in range(4)]
     assert calls == [k >= without for k in range(4)]
     assert len(samples) == 2
-    assert paying == [n * (k + 1) for k in range(without, 4)]
+    # Few orbits take what is kept from then on, and ask for no others.
+    assert paying == [n * calls for calls in calls_paid_for]
     # What is stored hangs on no earlier call.
-    assert not codes.codes_of(asked, PHASES, resolve()).by_map.any()
+    assert codes.codes_of(asked, PHASES, resolve()).by_map.any() == (not without)
 
 
 @pytest.mark.usefixtures("eager")
