@@ -88,16 +88,18 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
         Maps and integration call different symbols of an orbit certain.
     """
     checked.choice("method", method, METHODS, ProblemError)
-    ladder = run.arithmetic.precisions
-    if method == "map" and ladder[0] != 53:
-        message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
+    precisions = run.arithmetic.precisions
+    if method == "map" and precisions[0] != 53:
+        message = (
+            f"the maps are in double precision: precisions must begin with 53, got {precisions}"
+        )
         raise ProblemError("precisions", message)
-    auto = method == "auto" and ladder[0] == 53
+    auto = method == "auto" and precisions[0] == 53
     asked, often, due = _counted(run) if use_kept and auto else (run.orbits, False, True)
     # Of few orbits integration is so cheap that only maps that exist already may be faster, or such
     # as pay for the orbits of all calls.
-    few = auto and not costs.at_stake(run.problem, run.orbits, ladder)
-    pays = auto and costs.at_stake(run.problem, asked, ladder)
+    few = auto and not costs.at_stake(run.problem, run.orbits, precisions)
+    pays = auto and costs.at_stake(run.problem, asked, precisions)
     if run.orbits and (method == "map" or often or pays):
         from rigidpend.orbits.return_map import MapError
         from rigidpend.routes.mapped import Maps
@@ -118,7 +120,7 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
             # A method that was asked for by name is not replaced in silence.
             if method == "map":
                 raise
-            each, all_ = costs.integration(run.problem, ladder), run.orbits
+            each, all_ = costs.integration(run.problem, precisions), run.orbits
             costs.warned(run.problem, all_, all_, each, f"there are no return maps: {reason}")
     return run.by_integration()
 
@@ -202,8 +204,8 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         samples = (size, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
         # Few orbits that take kept maps have the second, smaller sample alone. So has a part of
         # a plane whose first sample would be so small that the second one contains it.
-        for here, ladder in samples[maps.only_kept or size <= LEAST_SAMPLE :]:
-            wrong = contradicted(known, abreast(run), rate, ladder, here)
+        for here, within in samples[maps.only_kept or size <= LEAST_SAMPLE :]:
+            wrong = contradicted(known, abreast(run), rate, within, here)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
     # Orbits that were integrated because maps left them open have more bits than the maps.

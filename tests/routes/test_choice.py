@@ -96,6 +96,7 @@ def test_kept_maps_serve_few_orbits_that_are_asked_for_often(
     # What is stored hangs on no cache, and without maps there is nothing to take.
     assert not codes.codes_of(asked, PHASES, resolve(None, None, (53, 106))).by_map.any()
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
+    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
     assert not found(**own).by_map.any()
 
 
@@ -368,6 +369,14 @@ def test_a_sample_of_all_is_in_doubles_and_of_few_in_more_bits(samples: list[Any
         arithmetic = resolve(None, None, (53, 106))
         codes.codes_of(PROBLEM, PHASES[:100], arithmetic, 1, "map", task_orbits=100 * parts)
         assert samples == expected
+
+
+@pytest.mark.usefixtures("eager")
+def test_the_computations_of_a_sample_are_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(choice, "abreast", lambda run: ("at once", len(run.phases)))
+    monkeypatch.setattr(choice, "contradicted", compared := Mock(return_value=np.array([])))
+    codes.codes_of(PROBLEM, PHASES, resolve(), 2, "map")
+    assert [given.args[1] for given in compared.call_args_list] == 2 * [("at once", len(PHASES))]
 
 
 def whole(_: int, __: Scales, columns: Any) -> Crossings:
