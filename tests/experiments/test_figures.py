@@ -106,8 +106,9 @@ def test_zeros_are_marked_in_every_turn_of_the_phases() -> None:
     assert "zero of Melnikov's integral" not in legend(between)
 
 
-def test_a_few_columns_beside_a_thousand_have_their_words_on_the_page() -> None:
-    figure = laid_out(styled(arrays(np.arange(1000) / 100, np.arange(9) / 5, rows=2)))
+@pytest.mark.parametrize("phases", [np.arange(9) / 5, [np.pi / 7]])
+def test_a_few_columns_beside_a_thousand_have_their_words_on_the_page(phases: Any) -> None:
+    figure = laid_out(styled(arrays(np.arange(1000) / 100, phases, rows=2)))
     few = figure.axes[1]
     assert few.get_window_extent().width < 0.1 * figure.dpi
     box = few.get_tightbbox()

@@ -115,7 +115,7 @@ def _draw_array(axes: Axes, name: str, array: Data, lined: bool, at_edge: bool) 
     # A narrow array has room for one label; Matplotlib would show at least two.
     axes.locator_params(axis="x", min_n_ticks=1)
     if len(phases) == 1:
-        axes.set_xticks(phases, [f"{phases[0]:.6g}"])
+        axes.set_xticks(phases, [f"{phases[0]:.6g}"], ha="right" if at_edge else "center")
     label = plots.axis_label(MEANING["theta2_0"])
     axes.set_xlabel(label, labelpad=2, loc="right" if at_edge else "center")
     # The bare name, left or right, could be mistaken for a symbol.
