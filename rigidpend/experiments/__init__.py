@@ -45,9 +45,16 @@ def computation(name: str) -> Any:
 
 
 def cost(config: ExperimentConfig) -> float:
-    """Estimate of the seconds that a config takes; 0 if its experiment makes no estimate."""
+    """Estimate of the seconds that a config takes; 0 if its experiment makes no estimate.
+
+    There is none for the engine `scipy` either: estimates are measured with `taylor`, and orbits
+    take up to thousands of times as long.
+    """
+    from rigidpend.orbits.integrate.arithmetic import resolve
+
     estimate = getattr(computation(config.experiment), "cost", None)
-    return float(estimate(config)) if estimate else 0.0
+    engine = resolve(config.numerics_asked.get("engine")).engine
+    return float(estimate(config)) if estimate and engine == "taylor" else 0.0
 
 
 def describe(config: ExperimentConfig) -> list[Row]:

@@ -11,8 +11,8 @@
     computed accurately enough. Optional:
 
     ``cost(config)``
-        An estimate of the seconds that it takes on two cores, from measurements: `run -n` prints
-        it, and the display of the time left begins with it.
+        An estimate of the seconds that it takes on two cores by engine `taylor`, from measurements:
+        `run -n` prints it, and the display of the time left begins with it.
     ``describe(config)``
         Rows on what follows from a config, beside those on its body.
     ``PIECES = True``

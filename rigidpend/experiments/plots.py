@@ -19,6 +19,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation
+from matplotlib.ticker import NullFormatter
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
@@ -78,6 +79,15 @@ def power(x: float) -> str:
     digits, exponent = f"{x:.2e}".split("e")
     factor = f"{float(digits):g}" + r"\cdot "
     return ("" if float(digits) == 1 else factor) + f"10^{{{int(exponent)}}}"
+
+
+def logarithmic_ticks(axes: Axes, values: Array) -> None:
+    """Label an axis across, logarithmic, by powers of ten, or by the ends of a short one."""
+    low, high = float(values.min()), float(values.max())
+    # Over two decades there is a power of ten inside, and matplotlib labels nothing in between.
+    if high < 100 * low:
+        axes.set_xticks([low, high], [f"${power(x)}$" for x in (low, high)])
+        axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 FLATTEST = 0.1

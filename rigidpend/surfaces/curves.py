@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
-from rigidpend.mechanics.floquet import NotHyperbolic, periodic_orbit
+from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import exponent
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import Exact, context, exact, function
@@ -142,8 +142,9 @@ def _check_hyperbolic(problem: RouteProblem, theta2_0: Array) -> None:
     for height in np.unique(np.round(np.sin(theta2_0), 2)):
         try:
             periodic_orbit(p, h0 + p.mu * height)
-        except (NotHyperbolic, ValueError) as error:
-            said = f"there is no S1- of the energy {h0 + p.mu * height:.6g}: {error}"
+        except (ArithmeticError, ValueError) as error:
+            whose = f"the body of A = ({', '.join(map(str, problem.body.A))})"
+            said = f"no S1- of {whose} was found at the energy {h0 + p.mu * height:.6g}: {error}"
             raise ArithmeticError(f"{said}; take less weight") from None
 
 

@@ -158,3 +158,10 @@ def test_surfaces_take_a_third_to_thrice_the_estimate(
     """Of nearly symmetric bodies they have a hundred times as many samples."""
     estimate = experiments.cost(asked("fig3", *settings))
     assert 1 / 3 < estimate / seconds < 3
+
+
+@pytest.mark.parametrize("name", ["fig4", "splitting", "precession"])
+def test_what_was_measured_with_one_engine_is_no_estimate_for_the_other(name: str) -> None:
+    """With scipy a splitting that was told to take a second took more than a minute."""
+    assert experiments.cost(asked(name, "numerics.engine=taylor")) > 0
+    assert experiments.cost(asked(name, "numerics.engine=scipy")) == 0

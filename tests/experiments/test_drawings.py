@@ -156,6 +156,31 @@ def test_weights_that_are_no_round_numbers_have_room(experiment: str) -> None:
     assert [plots.power(x) for x in (1e-6, 1 / 30, 0.3)] == ["10^{-6}", "0.0333", "0.3"]
 
 
+@pytest.mark.parametrize("ends", [(2e-4, 3e-3), (1e-3, 1.1e-3), (0.045, 0.5), (1e-8, 0.3)])
+@pytest.mark.parametrize("experiment", ["precession", "splitting"])
+def test_weights_of_any_range_have_labels_that_are_not_upon_each_other(
+    experiment: str, ends: tuple[float, float]
+) -> None:
+    def change(data: Any) -> None:
+        data["mu_over_h0"] = np.geomspace(*ends, len(data["mu_over_h0"]))
+
+    for axes in laid_out(drawn_with(experiment, change)).axes:
+        low, high = axes.get_xlim()
+        ticks = [*axes.xaxis.get_major_ticks(), *axes.xaxis.get_minor_ticks()]
+        labels = [x.label1 for x in ticks if low <= x.get_loc() <= high and x.label1.get_text()]
+        assert len(labels) > 1
+        assert axes.get_xscale() == "linear" or not overlap(x.get_window_extent() for x in labels)
+
+
+def test_bodies_whose_splitting_is_not_resolved_are_not_named_beside_the_curve() -> None:
+    def change(data: Any) -> None:
+        data["bodies"]["resolved"][:2] = False
+
+    decay = drawn_with("splitting", change).axes[2]
+    assert "a" not in {x.get_text() for x in decay.texts}
+    assert {"b", "i"} <= {x.get_text() for x in decay.texts}
+
+
 def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
     def change(data: Any) -> None:
         data["bodies"]["resolved"][:] = True
@@ -284,13 +309,18 @@ def test_labels_of_separatrices_that_nearly_meet_are_apart(name: str, A3: str) -
     assert not any(box.overlaps(other) for box in ticks for other in (*above, *rings))
 
 
-@pytest.mark.parametrize(("wide", "times"), [(1.5, ""), (2.5, ""), (5.0, "2"), (100.0, "50")])
-def test_ticks_of_a_wide_window_are_not_upon_each_other(wide: float, times: str) -> None:
+@pytest.mark.parametrize(
+    ("wide", "times"), [(1.01, ""), (1.5, ""), (2.5, ""), (5.0, "2"), (100.0, "50")]
+)
+def test_ticks_of_a_window_are_not_upon_each_other(wide: float, times: str) -> None:
     def change(data: Any) -> None:
         for body in data["bodies"].values():
             body["window"] = body["centre"] + wide * body["Delta_1"] * np.array([-1, 1])
 
-    for axes in laid_out(drawn_with("asymptotic_surfaces", change)).axes:
+    figure = laid_out(drawn_with("asymptotic_surfaces", change))
+    every = [x for axes in figure.axes for x in axes.get_xticklabels() if x.get_text()]
+    assert not overlap(x.get_window_extent() for x in every)
+    for axes in figure.axes:
         labels = [x for x in axes.get_xticklabels() if x.get_text()]
         assert [x.get_text() for x in labels] in (
             [],

@@ -1,5 +1,6 @@
 """What is drawn where a result is smaller, larger or less known than those of the gallery."""
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
@@ -89,11 +90,37 @@ TENTHS = np.arange(63) / 10
     ],
 )
 def test_a_finer_array_inside_of_another_is_framed(whole: Any, part: Any, frames: int) -> None:
-    # Zeros beyond its phases are not shown.
-    made = styled(arrays(whole, part, zeros=[-1, 99]))
+    made = styled(arrays(whole, part))
     assert [len(axes.patches) for axes in made.axes] == [frames, 0]
     assert ("magnified part" in legend(made)) == bool(frames)
-    assert "zero of Melnikov's integral" not in legend(made)
+
+
+def test_zeros_are_marked_in_every_turn_of_the_phases() -> None:
+    made = styled(arrays(np.arange(-7, 7, 0.1), zeros=[1, 4]))
+    [marks] = made.axes[0].lines
+    found = np.asarray(marks.get_xdata(), dtype=float)
+    np.testing.assert_allclose(found, [1 - math.tau, 4 - math.tau, 1, 4])
+    assert "zero of Melnikov's integral" in legend(made)
+    # Between two zeros there is none, in no turn.
+    between = styled(arrays(math.tau + np.arange(1.2, 3.8, 0.1), zeros=[1, 4]))
+    assert "zero of Melnikov's integral" not in legend(between)
+
+
+@pytest.mark.parametrize("phases", [np.arange(9) / 5, [np.pi / 7]])
+def test_a_few_columns_beside_a_thousand_have_their_words_on_the_page(phases: Any) -> None:
+    figure = laid_out(styled(arrays(np.arange(1000) / 100, phases, rows=2)))
+    few = figure.axes[1]
+    assert few.get_window_extent().width < 0.1 * figure.dpi
+    box = few.get_tightbbox()
+    assert box is not None
+    assert box.x1 <= figure.bbox.x1 + 1
+
+
+@pytest.mark.parametrize(("columns", "rows", "lined"), [(300, 30, True), (1000, 2, False)])
+def test_lines_between_cells_do_not_cover_them(columns: int, rows: int, lined: bool) -> None:
+    [axes] = styled(arrays(np.arange(columns) / 100, rows=rows)).axes
+    [cells] = axes.collections
+    assert bool(len(cells.get_edgecolor())) == lined
 
 
 @pytest.mark.slow

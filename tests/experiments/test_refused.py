@@ -62,6 +62,7 @@ REFUSED = {
         "numerics.precisions=[53, 64]": "numerics.precisions: unknown key",
     },
     "fig4_zoom": {
+        "problem.mu=0": "problem.mu: without a weight no orbit returns",
         "problem.between=[4.7, 47/10]": "expected two phases that differ, got 4.7 and 47/10",
         "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
         "problem.step=0": "step must be greater than 0, got 0",

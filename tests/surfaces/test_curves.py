@@ -140,8 +140,18 @@ def test_where_the_pendulum_motion_is_elliptic_there_is_no_surface() -> None:
     *A, beta0, mu, M_0, J1_0 = map(exact, (2, "1.5", "1.8", "pi", "0.28", "4/3", "1e-8"))
     problem = surface_problem(A, beta0, mu, M_0, J1_0)
     assert S1_minus(problem, np.array([0.3]), 1.0, "taylor").offsets.size == 2
-    with pytest.raises(ArithmeticError, match=r"no S1- of the energy 0\.4098.* between -2 and 2"):
+    said = r"A = \(2, 1\.5, 1\.8\) was found at the energy 0\.4098.* between -2 and 2; take less"
+    with pytest.raises(ArithmeticError, match=said):
         S1_minus(problem, np.array([0.3, -0.3]), 1.0, "taylor")
+
+
+def test_a_body_whose_pendulum_motion_does_not_settle_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As of A = (1, 0.00012, 0.9999) and mu = h0/10: there rounding decides."""
+    monkeypatch.setattr(surfaces, "periodic_orbit", Mock(side_effect=ArithmeticError("no end")))
+    with pytest.raises(ArithmeticError, match=r"A = \(2, 1\.18, 1\.5\) .*: no end; take less"):
+        lower(made("d"))
 
 
 @pytest.mark.parametrize(("A3", "refused"), [("1.99999999340", False), ("1.99999999344", True)])

@@ -25,6 +25,8 @@ NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
 """The surfaces from top to bottom, as the paper writes them."""
 SMALL = 1e-3
 """Swing Delta_1, radians, of which five digits after the point show at least a hundredth."""
+NARROW = 1.5
+"""Half width of a window, in Delta_1, below which ticks at its swing are near its edges."""
 BORN: Any = (0, (4, 3))
 """Line style for the swing Delta_1 of the periodic orbits from which surfaces begin."""
 THIN = 0.28
@@ -95,6 +97,11 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     axes.set_xticks(
         [body["centre"] + x * times * body["Delta_1"] for x in (-1, 1)], names, fontsize=7
     )
+    if half < NARROW:
+        # In their middle they would be upon those of the neighbours.
+        first, second = axes.get_xticklabels()
+        first.set_horizontalalignment("left")
+        second.set_horizontalalignment("right")
     axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])
     axes.tick_params(length=2)
 

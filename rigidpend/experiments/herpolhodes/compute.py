@@ -34,8 +34,11 @@ def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
     finer = tuple(bits for bits in means.arithmetic.precisions if bits > 53)
     arithmetic = means.arithmetic._replace(precisions=finer or means.arithmetic.precisions)
     found = codes_of(config.problem.routes, [case.theta2_0], arithmetic, means.jobs)
-    if not found.certain.all() or not found.separatrix.all():
+    if not found.certain.all():
         raise ArithmeticError(f"theta2_0 = {case.theta2_0}: the route is not certain")
+    if not found.separatrix.all():
+        said = "the orbit stays beside a pendulum motion and has no route of so many symbols"
+        raise ArithmeticError(f"theta2_0 = {case.theta2_0}: {said}")
     return found
 
 

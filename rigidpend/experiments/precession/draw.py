@@ -111,6 +111,7 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
     axes.plot([low, high], guide, color="black", lw=0.7)
     axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
+    plots.logarithmic_ticks(axes, ratios)
     axes.set_xlabel(plots.axis_label(MU_OVER_H0))
     # The curves of bodies whose increment is zero show rounding only.
     gone = (np.abs(bodies["first_order"][..., separatrix]) <= bodies["error"]).all(axis=1)

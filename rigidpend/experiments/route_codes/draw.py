@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,10 @@ NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
 """Least width of a figure, and width and height of a legend entry, inches."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 """Margins around the arrays, and the space between two, inches."""
+NAMED = 0.75
+"""Room for the name of an array, inches; one that begins closer to the edge is named leftwards."""
+LINED = 0.02
+"""Least width of a column, inches, for lines between cells: they would cover narrower ones."""
 ACROSS, APART, TALLEST = 6, 0.55, 100.0
 """Most arrays side by side; inches between bands of arrays, and height of the tallest array."""
 
@@ -36,9 +41,11 @@ def _ends(array: Data) -> tuple[float, float]:
 
 
 def _zeros(array: Data) -> list[float]:
-    """Melnikov zeros within the array's range."""
+    """Melnikov zeros within the array's range, which may be longer than a turn."""
     first, last = _ends(array)
-    return [float(x) for x in array["melnikov_zeros"] if first <= x <= last]
+    # Each is repeated, beginning with the first one in the range.
+    begun = (first + (float(x) - first) % math.tau for x in array["melnikov_zeros"])
+    return sorted(y for x in begun for y in np.arange(x, last, math.tau).tolist())
 
 
 def _magnifies(part: Data, whole: Data) -> bool:
@@ -84,7 +91,8 @@ def _arranged(bands: list[dict[str, Data]], magnified: bool) -> Figure:
         bottom, left = bottom - height - ABOVE, LEFT
         for name, array in band.items():
             width = array["codes"].shape[1] * cell
-            _draw_array(plots.panel(figure, left, bottom, width, height), name, array)
+            axes = plots.panel(figure, left, bottom, width, height)
+            _draw_array(axes, name, array, cell >= LINED, left + NAMED > wide)
             left += width + BETWEEN
         bottom -= APART
     look: Any = {"handlelength": 1.0, "handleheight": 1.0, "columnspacing": 1.6}
@@ -92,10 +100,9 @@ def _arranged(bands: list[dict[str, Data]], magnified: bool) -> Figure:
     return figure
 
 
-def _draw_array(axes: Axes, name: str, array: Data) -> None:
+def _draw_array(axes: Axes, name: str, array: Data, lined: bool, at_edge: bool) -> None:
     codes, phases = array["codes"], array["theta2_0"]
-    # With more cells the lines between them would cover everything.
-    line: dict[str, Any] = {"edgecolors": "0.6", "linewidth": 0.25} if codes.size < 5000 else {}
+    line: dict[str, Any] = {"edgecolors": "0.6", "linewidth": 0.25} if lined else {}
     plots.draw_codes(axes, plots.column_edges(phases), codes, **line)
     plots.mark_doubt(axes, phases, array["certain"])
     if "proven" in array:
@@ -108,10 +115,11 @@ def _draw_array(axes: Axes, name: str, array: Data) -> None:
     # A narrow array has room for one label; Matplotlib would show at least two.
     axes.locator_params(axis="x", min_n_ticks=1)
     if len(phases) == 1:
-        axes.set_xticks(phases, [f"{phases[0]:.6g}"])
-    axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
+        axes.set_xticks(phases, [f"{phases[0]:.6g}"], ha="right" if at_edge else "center")
+    label = plots.axis_label(MEANING["theta2_0"])
+    axes.set_xlabel(label, labelpad=2, loc="right" if at_edge else "center")
     # The bare name, left or right, could be mistaken for a symbol.
-    axes.set_title(f"{name} array", loc="left")
+    axes.set_title(f"{name} array", loc="right" if at_edge else "left")
 
 
 def _legend_entries(arrays: list[Data], magnified: bool) -> list[Artist]:

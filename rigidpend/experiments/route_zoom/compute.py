@@ -78,9 +78,7 @@ def compute(config: Config, means: Means) -> Tree:
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores."""
     problem = config.problem
-    # Without weight no symbol changes, and rotations are infinite.
-    if (rotations := passage_rotations(problem.routes)) == math.inf:
-        return BEGIN
+    rotations = passage_rotations(problem.routes)
     symbols, steps = problem.levels * (problem.n_symbols + 1), [*map(float, _steps(problem))]
     # The share of a level's orbits that is integrated alone, in a precision that falls.
     alone = sum(

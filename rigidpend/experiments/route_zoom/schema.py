@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 
 FINEST = -200
@@ -40,6 +41,10 @@ class Problem(RouteStart):
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
+        if not float(self.mu) > 0:
+            raise ParameterError(
+                "mu", "without a weight no orbit returns, no symbol changes: mu > 0"
+            )
         if self.symbol > self.n_symbols:
             raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
         first, second = self.between

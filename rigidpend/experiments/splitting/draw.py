@@ -101,6 +101,7 @@ def _draw_error(axes: Axes, data: Data) -> str:
             axes.loglog(ratios[known], values[row][known], zorder=order, **look, **kind)
         axes.text(*place, said, transform=axes.transAxes, fontsize=7.5)
     axes.axhline(1, color="black", lw=0.6, ls=":")
+    plots.logarithmic_ticks(axes, ratios)
     axes.set_xlabel(plots.axis_label(MU_OVER_H0))
     axes.set_ylabel("relative error of Melnikov's formula", fontsize=8.5)
     named = [plots.entry(_name(bodies, row), **look) for row, look in chosen.items()]
@@ -131,10 +132,9 @@ def _draw_decay(axes: Axes, data: Data) -> str:
         look: Any = {"ms": size, "mfc": "none", "mec": colour, "mew": 1.1, "label": said}
         axes.semilogy(bodies["nu"][rows], bodies["reduced"][rows, k], marker, **look)
     for k in known[:1]:
-        first = bodies["reduced"][:, k]
-        for name, nu, value in zip(bodies["name"], bodies["nu"], first, strict=True):
-            said = "4" if name == "fig4" else name
-            plots.beside(axes, said, (nu, value), 4, 6, fontsize=7)
+        for row in np.flatnonzero(resolved[:, k]):
+            name, place = bodies["name"][row], (bodies["nu"][row], bodies["reduced"][row, k])
+            plots.beside(axes, "4" if name == "fig4" else name, place, 4, 6, fontsize=7)
     axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
     axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
     axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)
