@@ -164,7 +164,7 @@ def _ended(state: Any, psi: Scalar, c: Coefficients, a: Precision) -> tuple[Any,
         if size * max(size, RATE) < (a.epsilon if a.bits == 53 else SPARE * a.epsilon):
             return state + step * np.stack(aligned(state, c.aligned)), total
         state = states_at(c.aligned, state, step[None], a.bits)[:, 0]
-    raise MapError("an orbit from the section does not reach the periodic orbit")
+    raise MapError("mu is too large: an orbit from the section does not reach the periodic orbit")
 
 
 def free_growth(side: int, length: Scalar, h: Scalar, c: Coefficients, a: Precision) -> Any:

@@ -196,6 +196,12 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
             MapError,
             "cannot be inverted at the ends",
         ),
+        (
+            Body((2, "0.0273", "1.976"), (5.33, 3.97, 0), "0.0038"),
+            {"h": 1},
+            MapError,
+            "mu is too large: an orbit from the section does not reach",
+        ),
         *(
             (Body(*GRIOLI, 0), {"design": FIRST._replace(narrower=n)}, MapError, "mu = 0")
             for n in (0, 8)
