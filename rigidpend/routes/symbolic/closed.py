@@ -53,7 +53,7 @@ from rigidpend.routes.symbolic.chain import (
     tangents,
 )
 from rigidpend.routes.symbolic.levels import ChainLevel, Signs
-from rigidpend.routes.symbolic.shortest import alike
+from rigidpend.routes.symbolic.shortest import APART, alike
 from rigidpend.routes.symbolic.stretching import BENDING
 
 MOST_SYMBOLS = 60
@@ -175,7 +175,14 @@ def closed(
         system = System(level, None, signs, math.pi * n * len(signs))
         return system.solved(system.guess(angles, 0.0)).in_cells(cells)
 
-    chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
+    try:
+        chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
+    except NoOrbit as error:
+        # Passages that are longer than this do not disturb each other.
+        apart = level.half_turns(level.narrowest(signs)) + APART
+        if half_turns is None or half_turns > apart:
+            raise
+        raise NoOrbit(f"{error}; allow more half rotations") from None
     # I < 0 is a change to the mirror image; two of them cancel.
     turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(_monodromy(chain, signs)))
