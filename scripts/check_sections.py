@@ -27,7 +27,7 @@ from scripts.check_series import ALONG, DIGITS, ENERGY, Series, above, orders, s
 
 Bounds: TypeAlias = list[Fraction]
 """Bounds on the norm of a difference, and on those of its derivatives in the variables `along`."""
-ALONE, THIN = Fraction(1, 32), Fraction(1, 2**20)
+ALONE, THIN = Fraction(1, 32), Fraction(1, 2**40)
 """Half-widths of boxes with one point of the section, or of a line; of momenta in their unit."""
 
 

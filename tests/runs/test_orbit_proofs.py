@@ -74,6 +74,15 @@ def test_both_prove_the_code_of_a_start_beside_the_one_that_was_found(file: Path
         assert low < found < high < low + 1e-3
 
 
+def test_both_prove_the_code_of_a_start_close_to_the_periodic_orbit(tmp_path: Path) -> None:
+    """Its Qp is 2e-10, so that the box in which a start is unique is a small one."""
+    setting = "problem.J1_0=1e-20"
+    succeeded(tmp_path, "find", "fig4", "--code", "1", "--set", setting, "--proof", NAME)
+    for believed, text in said_by_both(tmp_path / NAME):
+        assert believed, text
+        assert text.endswith(" 1")
+
+
 @pytest.mark.slow
 def test_parts_meet_and_ends_are_rounded_outward(
     file: Path, monkeypatch: pytest.MonkeyPatch
@@ -120,7 +129,7 @@ def fractions(file: Any) -> None:
         (stated("code", to="0111"), "4 symbols|as many symbols"),
         (stated("code", to="01x"), "the code is 011|its code is none"),
         (stated("problem", "J1_0", to="0"), "J1_0"),
-        (stated("problem", "J1_0", to="1.001e-8"), "C3"),
+        (stated("problem", "J1_0", to="1.001e-8"), "C1"),
         (at("energies/spread", (), lambda _: 0.0), "energies"),
         (at("energies/shift", (), lambda x: x + 1e-7), "C"),
         (

@@ -51,13 +51,12 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _closed(level: ChainLevel, word: tuple[int, ...], half_turns: int) -> ClosedOrbit:
-    """The orbit of a word; NoOrbit says which one is not found, and what helps."""
+    """The orbit of a word; NoOrbit says which one is not found."""
     try:
         return closed(level, word, half_turns)
-    except NoOrbit as error:
+    except (NoOrbit, OverflowError) as error:
         named = "".join(map(str, word))
-        helps = f"allow more half rotations than half_turns = {half_turns}"
-        raise NoOrbit(f"no orbit of {named} was found: {error}; {helps}") from None
+        raise NoOrbit(f"no orbit of {named} with half_turns = {half_turns}: {error}") from None
 
 
 def cost(config: Config) -> float:

@@ -27,7 +27,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.orbit import AT_START, OrbitChecker, Proof, enclosed, proof_of
-from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Outgrown, Step, Undecided
+from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step, Undecided
 from rigidpend.routes.codes import codes_of, shown
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
@@ -202,7 +202,7 @@ def _orbit(
         found = prove(problem, theta2_0, asked, progress)
         # All trials of an orbit share MOST_WORK.
         spent += progress.work
-        if not found.outgrown or asked == ORBIT_BITS:
+        if not found.unshown or asked == ORBIT_BITS:
             break
         asked = math.ceil(asked * BITS_GROWTH)
     return found
@@ -292,7 +292,7 @@ def prove(
     """
     start = enclosed(problem, theta2_0, bits + MARGIN_BITS + AT_START)
     orbit, checker = Approximation(start.numbers.field, start.state), OrbitChecker(start)
-    unit, steps, reason, outgrown = float(start.unit), [], "", False
+    unit, steps, reason, unshown = float(start.unit), [], "", False
     work, last, limit = bits + MARGIN_BITS, 0.0, passage_limit(problem, 53)
     while len(checker.crossings) <= problem.n_symbols:
         check_stop()
@@ -300,7 +300,7 @@ def prove(
         try:
             checker.take(step)
         except Undecided as doubt:
-            reason, outgrown = str(doubt), isinstance(doubt, Outgrown)
+            reason, unshown = str(doubt), True
             break
         steps.append(step)
         if checker.crossings:
@@ -314,7 +314,7 @@ def prove(
             break
         # The bound only grows, and coefficients much finer than it say nothing.
         work = min(work, MARGIN_BITS + _digits(checker.bound))
-    return Proof(checker.crossings[: problem.n_symbols + 1], steps, reason, outgrown)
+    return Proof(checker.crossings[: problem.n_symbols + 1], steps, reason, unshown)
 
 
 LEFT = 14

@@ -89,8 +89,9 @@ class Proof(NamedTuple):
     steps: list[Step]
     reason: str
     """The reason for which it ends early; empty if it is whole."""
-    outgrown: bool = False
-    """True if it ends because the bound has grown too large for its bits."""
+    unshown: bool = False
+    """True if it ends with a step that is not shown: with more bits, and a lower bound, it may be.
+    """
 
     @property
     def bits(self) -> int:

@@ -17,14 +17,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below, upper
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
-from rigidpend.routes.certified.pieces import (
-    CLOCK,
-    FamilyStep,
-    Outgrown,
-    Source,
-    StartLine,
-    Undecided,
-)
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Source, StartLine, Undecided
 from rigidpend.routes.certified.sections import W_FAMILY, Numbers, beginning, begun, largest
 
 Kind = TypeVar("Kind", bound=Family)
@@ -203,7 +196,7 @@ def tube(sizes: Sequence[arb], half: arb, begin: arb, numbers: Numbers) -> tuple
     """C3, H3: a bound on the distance over a whole step, and the factor of its growth.
 
     `sizes` bound |M3| of the polynomials on equal parts, `half` half of the step's length in time;
-    `begin` is the distance at the beginning with what the step's defect adds. Outgrown where the
+    `begin` is the distance at the beginning with what the step's defect adds. Undecided where the
     tube would be too wide.
     """
     (room, share), growth = TUBES[numbers.letter], numbers.growth
@@ -226,7 +219,7 @@ def tube(sizes: Sequence[arb], half: arb, begin: arb, numbers: Numbers) -> tuple
         assumed = 2 * grown
     said = f"the orbits are shown to stay within {float(grown):.3g} of the polynomials"
     needed = f"within {float(widest):.3g} is needed; more bits would help"
-    raise Outgrown(f"{numbers.letter}3: {said}, and {needed}")
+    raise Undecided(f"{numbers.letter}3: {said}, and {needed}")
 
 
 def signs_on_parts(

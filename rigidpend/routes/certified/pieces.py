@@ -25,10 +25,6 @@ class Undecided(ArithmeticError):
     """Error: the polynomials do not prove what comes next; the text says why."""
 
 
-class Outgrown(Undecided):
-    """Error: the bound on the distance has grown too large; more bits would help."""
-
-
 class Step(NamedTuple):
     """A piece of an approximate orbit: six Chebyshev series over x in [-1, 1]."""
 

@@ -194,10 +194,10 @@ def largest(balls: Iterable[arb]) -> arb:
     return found
 
 
-POINT_BOX, START_BOX = 2.0**-5, 2.0**-20
+POINT_BOX, START_BOX = 2.0**-5, 2.0**-40
 """Half-widths of the boxes in which a point of the section, or of a line of starts, is unique.
 
-In the units of the components."""
+In the units of the components. Qp of a start, of the order of the root of J1_0, has to be more."""
 
 
 def begun(piece: FamilyStep) -> list[Family]:

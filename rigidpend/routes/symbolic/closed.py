@@ -33,7 +33,7 @@ import numpy as np
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import aligned, on_section
-from rigidpend.numbers import Array, Scalar
+from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
@@ -53,13 +53,17 @@ from rigidpend.routes.symbolic.chain import (
     tangents,
 )
 from rigidpend.routes.symbolic.levels import ChainLevel, Signs
-from rigidpend.routes.symbolic.shortest import alike
+from rigidpend.routes.symbolic.shortest import APART, alike
 from rigidpend.routes.symbolic.stretching import BENDING
 
 MOST_SYMBOLS = 60
 """Largest number of symbols in a word: the equations of its orbit are a dense system."""
-ROUNDS = 12
-"""Largest number of corrections by integration."""
+MOST_HALF_TURNS = 999_999
+"""Largest number of half rotations of a passage, as in addresses."""
+CLOSING_BITS = 96
+"""Least number of bits of an integration that is to close an orbit."""
+GAINED = 9
+"""Bits that a correction by integration gains at least; eight digits, or 26 bits, are usual."""
 LOST = 12
 """Bits that a passage may lose where it meets the next."""
 GROWN = 4.0
@@ -86,11 +90,11 @@ class ClosedOrbit(NamedTuple):
     @property
     def multiplier(self) -> complex:
         """The Floquet multiplier of the P passages that lies on or outside the unit circle."""
-        half = self.trace / 2
+        half, size = self.trace / 2, abs(self.trace) / 2
         # The determinant is 1, so that both multipliers solve x^2 - trace x + 1 = 0. The sign is
-        # that of the larger solution, whose terms do not cancel.
-        if abs(half) > 1:
-            return half + math.copysign(math.sqrt(half * half - 1), half)
+        # that of the larger solution, whose terms do not cancel. A square could overflow.
+        if size > 1:
+            return half + math.copysign(math.sqrt(size - 1) * math.sqrt(size + 1), half)
         return complex(half, math.sqrt(1 - half * half))
 
     @property
@@ -110,9 +114,10 @@ class ClosedOrbit(NamedTuple):
         # trace of 2 or -2 the multiplier depends on the trace as a square root does.
         chain, size = self.chain, abs(self.trace)
         bent = BENDING * displaced(chain.level, chain.unknowns, chain.split)
-        # No closer to trace^2 = 4 than the trace is known.
-        apart = max(abs(size * size - 4), len(chain.b) * bent * size)
-        return bent * size / math.sqrt(apart)
+        # No closer to trace^2 = 4 than the trace is known. The root of trace^2 - 4 is taken of its
+        # factors, for the square could overflow.
+        apart = max(abs(size - 2), len(chain.b) * bent * size / (size + 2))
+        return bent * size / (math.sqrt(apart) * math.sqrt(size + 2))
 
     @property
     def points(self) -> int:
@@ -141,8 +146,8 @@ def closed_orbit(
     ------
     NoOrbit
         There is no such orbit in the range of the return map; the message gives the reason.
-    AddressError, ExactError
-        The word is not a word, or the energy is not a number.
+    AddressError, ParameterError, ExactError
+        A value is excluded or is no number; the message says which.
     MapError
         The body's orbits have no return map.
     OverflowError
@@ -151,6 +156,8 @@ def closed_orbit(
     address = parsed(word)
     if address.half_turns is not None or len(address.symbols) > MOST_SYMBOLS:
         raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
+    if half_turns is not None:
+        half_turns = checked.whole("half_turns", half_turns, 1, MOST_HALF_TURNS)
     return closed(ChainLevel.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
 
 
@@ -168,7 +175,14 @@ def closed(
         system = System(level, None, signs, math.pi * n * len(signs))
         return system.solved(system.guess(angles, 0.0)).in_cells(cells)
 
-    chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
+    try:
+        chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
+    except NoOrbit as error:
+        # Passages that are longer than this do not disturb each other.
+        apart = level.half_turns(level.narrowest(signs)) + APART
+        if half_turns is None or half_turns > apart:
+            raise
+        raise NoOrbit(f"{error}; allow more half rotations") from None
     # I < 0 is a change to the mirror image; two of them cancel.
     turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(_monodromy(chain, signs)))
@@ -273,6 +287,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     and their growth. NoOrbit is raised where the passages do not come to meet, are too long for
     doubles to begin with, or grow roundings so much that the end tells nothing.
     """
+    bits = checked.whole("bits", bits, CLOSING_BITS)
     check_told(orbit.chain)
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
@@ -309,7 +324,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     by = system.evaluated(chain.unknowns)[1]
     begin = places = a.array(np.stack((chain.d, chain.chi), axis=1)[:-1])
     times = a.array(chain.time)
-    for _ in range(ROUNDS):
+    for _ in range(bits // GAINED):
         off, late = gaps(places, np.roll(places, -1, axis=0), times)
         times, size = times + late, np.abs(off).max()
         if size < met:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from rigidpend.machine.wording import short
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array, Scalar, checked
-from rigidpend.numbers.exact import Exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import codes_of
+from rigidpend.routes.phases import DOUBLED, angle
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
@@ -143,9 +143,9 @@ def find_orbit(
     if n > MOST_SYMBOLS:
         raise AddressError(f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
     problem = RouteProblem(body, h0, J1_0, n)
-    near = None if near is None else checked.number("near", near, ProblemError)
+    beside = None if near is None else _phase(near)
     orbits = orbits_of(problem)
-    chain, by_energy = _solved(orbits, address, near)
+    chain, by_energy = _solved(orbits, address, beside)
     fine = refined(orbits, chain, by_energy, digits, jobs)
     right, error = passages(chain)
     return FoundOrbit(
@@ -160,6 +160,14 @@ def find_orbit(
         I=chain.I,
         residual=float(chain.residual),
     )
+
+
+def _phase(near: Scalar) -> float:
+    """The double nearest to a phase, radians; without its whole turns where it is far from zero."""
+    phase = checked.number("near", near, ProblemError)
+    if not math.isfinite(float(phase)):
+        raise ProblemError("near", f"near must be a finite double, got {phase}")
+    return float(angle(phase, DOUBLED))
 
 
 def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int) -> int:
@@ -178,18 +186,18 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
     return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
 
 
-def _solved(orbits: OrbitFamily, address: Address, near: Exact | None) -> tuple[Chain, float]:
+def _solved(orbits: OrbitFamily, address: Address, near: float | None) -> tuple[Chain, float]:
     """The chain of an address at its own energy, and the derivative of theta2_0 in the energy."""
     # The energy of an orbit depends on its theta2_0. A first chain is found at a guess of it.
     if near is None:
         level = ChainLevel(orbits.return_map, orbits.problem.h0)
         return _at_own_energy(orbits, _either(orbits, level, address, math.pi))
-    level = ChainLevel(orbits.return_map, orbits.energy(float(near)))
-    other, beside = followed(orbits, float(near), len(address.symbols))
+    level = ChainLevel(orbits.return_map, orbits.energy(near))
+    other, beside = followed(orbits, near, len(address.symbols))
     for each in _nearby(address, other):
         own = beside if (each.symbols, each.half_turns) == other[1:] else None
         try:
-            return _at_own_energy(orbits, _either(orbits, level, each, float(near), own))
+            return _at_own_energy(orbits, _either(orbits, level, each, near, own))
         except NoOrbit as error:
             reason = error
     raise reason

@@ -7,6 +7,7 @@ alone does not name an orbit; trying phases one after another finds round ones i
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from decimal import Decimal
@@ -177,10 +178,13 @@ def _address(
     `doubles` tells that double precision has decided the symbols, so that the map may follow them.
     """
     try:
-        if doubles:
-            own, _ = followed(orbits_of(problem), float(phase), len(symbols))
-            if own.symbols == symbols:
-                return own
+        orbits = orbits_of(problem)
+        # The map may still follow an orbit that starts outside of its normal form.
+        with contextlib.suppress(MapError):
+            if doubles:
+                own, _ = followed(orbits, float(phase), len(symbols))
+                if own.symbols == symbols:
+                    return own
         # An orbit that doubles do not follow may have the right symbols by chance in the map, but
         # not the right half rotations: it is integrated.
         return address_of(

@@ -260,8 +260,12 @@ class OrbitFamily(NamedTuple):
             # I and b of the mirrored starts, with central differences for their derivatives.
             phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
             at, inside = made.started(Qp, phase)
+            J1 = f"J1_0 = {self.problem.J1_0}"
             if not inside.all():
-                raise MapError(f"J1_0 = {float(self.problem.J1_0)} lies outside of the normal form")
+                raise MapError(f"{J1} lies outside of the normal form: take a smaller one")
+            # Of v, which is proportional to J1, the logarithm is taken.
+            if at.v.min() < np.finfo(float).tiny:
+                raise MapError(f"{J1} is too small for the doubles of the return map: take more")
             I = at.u * at.v
             b = -(phase + np.log(at.v) / level.rates(I).exponent)
             return Arrival(I[1], b[1], (I[2] - I[0]) / (2 * STEP), (b[2] - b[0]) / (2 * STEP))

@@ -17,8 +17,8 @@ from rigidpend.experiments.route_intervals import compute as route_intervals
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import balls, codes, orbit
-from rigidpend.routes.certified.orbit import enclosed
-from rigidpend.routes.certified.pieces import Step
+from rigidpend.routes.certified.orbit import OrbitChecker, enclosed
+from rigidpend.routes.certified.pieces import Step, Undecided
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4 as BODY
@@ -96,6 +96,24 @@ def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.Monke
     found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert found.proven.all()
     assert found.bits[0] > 20
+
+
+def test_a_sign_that_few_bits_leave_in_doubt_is_told_by_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So it was with A = (1.944, 1.7256, 1.9169): H4 failed in 178 bits, and 400 proved."""
+
+    class Doubtful(OrbitChecker):
+        def take(self, step: Step) -> None:
+            if not self.crossings and step.bits < 70:
+                raise Undecided("H4: a sign")
+            super().take(step)
+
+    monkeypatch.setattr(codes, "OrbitChecker", Doubtful)
+    monkeypatch.setattr(codes, "asked_for", lambda *_: (10, 35))
+    found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
+    assert found.proven.all()
+    assert found.bits[0] >= 70
 
 
 def test_an_orbit_takes_a_step_at_least() -> None:

@@ -11,6 +11,7 @@ from rigidpend import Body, route_codes
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
 from rigidpend.numbers import Array
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.chain import crossing_states
@@ -64,9 +65,19 @@ def test_integration_closes_to_rounding(
 
 def test_passages_as_long_as_doubles_tell_are_verified_if_their_period_is_short() -> None:
     """d in doubles tells |I| of its passage to a tenth there, and the derivative of its end."""
-    found = closing(closed(level(), (0,), 31))
+    orbit = closed(level(), (0,), 31)
+    found = closing(orbit)
     assert found.error < found.expected < 1e-6
     assert found.moved < 1e-12
+    # The first corrections gain a digit or two each, so that many bits take more than twelve.
+    finer = closing(orbit, 300)
+    assert finer.error < finer.expected < 1e-60
+    assert abs(finer.period - found.period) < found.expected
+
+
+def test_bits_that_close_no_orbit_are_refused() -> None:
+    with pytest.raises(ParameterError, match="bits must be a whole number from 96 on, got 95"):
+        closing(closed(level(), (0,), TURNS), 95)
 
 
 def test_a_period_that_grows_roundings_too_much_is_not_verified() -> None:
@@ -78,6 +89,11 @@ def test_a_period_that_grows_roundings_too_much_is_not_verified() -> None:
 
 def test_a_multiplier_beyond_doubles_is_refused_and_not_infinite() -> None:
     assert closed_orbit(BODY, "0", h=H, half_turns=200).exponent > 100
+    # The square of the last one's trace is beyond them. Each turn adds as much to the exponent.
+    long = [closed_orbit(BODY, "0", h=H, half_turns=n) for n in (200, 250, 300)]
+    one, two, three = (orbit.exponent for orbit in long)
+    assert three - two == pytest.approx(two - one, rel=1e-12)
+    assert 1e-12 < long[2].exponent_error < 1e-9
     with pytest.raises(OverflowError, match="6 passages deviations grow by more than doubles hold"):
         closed_orbit(BODY, "001", h=H, half_turns=200)
 
@@ -95,6 +111,9 @@ def test_wrong_words_are_refused() -> None:
         closed_orbit(BODY, "012", h=H)
     with pytest.raises(AddressError, match="without half rotations"):
         closed_orbit(BODY, "0^9", h=H)
+    for turns in (0, 2.5, "11", 10**30):
+        with pytest.raises(ParameterError, match="half_turns must be a whole number from 1 to"):
+            closed_orbit(BODY, "0011", h=H, half_turns=turns)  # type: ignore[arg-type]
     with pytest.raises(NoOrbit):
         closed_orbit(BODY, "0011", h=H, half_turns=4)
     assert closed_orbit(BODY, "0011", h=H).half_turns < 12

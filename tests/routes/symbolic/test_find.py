@@ -19,6 +19,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.passage import SectionPoint
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
+from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, legs, shortest
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
@@ -83,6 +84,12 @@ def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None
     assert max(found.delay, found.passage_error) < 1e-10
     assert float(found.theta2_0) == pytest.approx(float(Fraction(theta2_0)), abs=1e-4)
     assert address_of(FIG4, found.theta2_0, **START, n_symbols=7, precisions=(113,)) == address
+
+
+def test_whole_turns_of_a_phase_do_not_count() -> None:
+    near, far = (find_orbit(FIG4, "011", **START, near=x) for x in ("1/10", "1/10 + pi*10**20"))
+    assert str(near.address) == "a 0^8 1^8 1^13"
+    assert far.theta2_0 == near.theta2_0
 
 
 def test_where_a_cell_has_no_orbit_the_other_serves(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -198,6 +205,14 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
     ("body", "code", "given", "error", "said"),
     [
         (FIG4, "01", {**START, "J1_0": "0.2"}, MapError, "J1_0 = 0.2 lies outside of the normal"),
+        (
+            FIG4,
+            "01",
+            {**START, "J1_0": "1e-400"},
+            MapError,
+            "J1_0 = 1e-400 is too small for the do",
+        ),
+        (FIG4, "01", {**START, "near": "1e400"}, ProblemError, "near must be a finite double, got"),
         (TOO_HEAVY, "01", START, MapError, "too large|does not reach"),
         (FIG4, "a 0^35", START, NoOrbit, "passage 1 takes so long .* 31 half rotations or fewer"),
         # No orbit changes sides at a downward crossing.
@@ -357,6 +372,17 @@ def test_what_is_not_certain_is_counted_and_left_out(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("rigidpend.routes.symbolic.follow.route_codes", doubted)
     found = round_("011")
     assert (found.theta2_0, found.uncertain) == (tuple(others), 1)
+
+
+def test_orbits_that_start_outside_of_the_normal_form_have_addresses() -> None:
+    given: Any = {**START, "J1_0": "1e-3"}
+    with pytest.raises(MapError, match="J1_0 = 1e-3 lies outside of the normal form: take a small"):
+        find_orbit(FIG4, "010", **given)
+    found = round_phases(FIG4, "a 010", **given, decimals=1)
+    assert found.theta2_0
+    for phase, address in zip(found.theta2_0, found.addresses, strict=True):
+        assert address == address_of(FIG4, phase, **given, n_symbols=3)
+        assert address.first == 0
 
 
 def test_orbits_outside_of_the_map_have_no_address() -> None:
