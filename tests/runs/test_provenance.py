@@ -53,8 +53,8 @@ def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_o
     edited: dict[str, bytes], experiment: str, place: str
 ) -> None:
     source, found = edited[place].decode(), []
-    function = f"{source}\ndef f(x):\n    return x\n"
-    documented = f'{source}\ndef f(x):\n    """The same."""\n    return x\n'
+    function = f"{source}\nif True:\n    def f(x):\n        return x\n"
+    documented = f'{source}\nif True:\n    def f(x):\n        """The same."""\n        return x\n'
     laid_out = ast.unparse(ast.parse(source)).replace("\n", "\n\n")
     texts = [source, laid_out, f'"""Other."""\n# A comment.\n{source}\n"""Of a name."""\n']
     texts += [function, documented]
