@@ -137,7 +137,7 @@ def remedy(file: Path) -> str:
     if file.exists() and not os.access(file, os.R_OK):
         return "you may not read it: ask its owner, or take another copy of it"
     name = file.stem.removesuffix(CERTIFICATE)
-    log = file.with_name(f"{name}.log")
+    log = file.with_suffix(".log")
     if name in {**known(), **own()}:
         force = " --force" if file.exists() else ""
         return call("certify" if file.stem != name else "run", [name], file.parent, force)

@@ -64,6 +64,7 @@ def describe(config: ExperimentConfig) -> list[Row]:
     from the theory of the body at its energy, and from the estimated cost.
     """
     from rigidpend.config import description, theory
+    from rigidpend.machine.progress import duration
 
     problem, own = config.problem, getattr(computation(config.experiment), "describe", None)
     body, seconds = getattr(problem, "body", None), cost(config)
@@ -75,7 +76,8 @@ def describe(config: ExperimentConfig) -> list[Row]:
         *theory.of(problem),
     ]
     if seconds:
-        found.append(description.Row("cost", f"about {seconds:.2g} s", "to compute, as estimated"))
+        said = f"{seconds:.2g} s" if seconds < 10 else duration(seconds)
+        found.append(description.Row("cost", f"about {said}", "to compute, as estimated"))
     # A name that occurs twice, such as A of a body, keeps its first row.
     told: dict[str, Row] = {}
     for row in found:

@@ -309,6 +309,10 @@ def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: 
         assert done.returncode == 1
         assert done.stderr.count(mend) == 1, command
     assert mend in (results / "report.html").read_text().replace("&#x27;", "'")
+    # The log is that of a run, which makes no certificate.
+    done = call(tmp_path, "certify", "--check", str(Path("results", "mine.certificate.h5")))
+    assert done.returncode == 3
+    assert done.stderr.endswith("mine.certificate.h5: there is no such file\n")
     (results / "mine.log").unlink()
     # A result is drawn beside itself.
     done = call(tmp_path, "render", "results/mine.h5", "--out", "none")

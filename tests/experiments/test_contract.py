@@ -139,3 +139,9 @@ def test_the_cost_is_that_of_the_run(case: tuple[str, ...]) -> None:
     seconds = float(described(name, *settings)["cost"].value.split()[1])
     least, most = COSTS[case]
     assert least < seconds < most
+
+
+def test_a_long_cost_is_told_in_minutes() -> None:
+    """Half rotations decide it, and the orbits that they allow are too many for seconds."""
+    value = described("asymptotic_orbits", "problem.half_turns=12")["cost"].value
+    assert re.fullmatch(r"about \d+ min", value), value

@@ -181,6 +181,29 @@ def test_bodies_whose_splitting_is_not_resolved_are_not_named_beside_the_curve()
     assert {"b", "i"} <= {x.get_text() for x in decay.texts}
 
 
+def test_titles_stay_on_the_page_where_labels_are_wide() -> None:
+    """A body may have a long name, and between two powers of ten ticks have factors too."""
+
+    def change(data: Any) -> None:
+        data["bodies"] = {key: values[:1] for key, values in data["bodies"].items()}
+        data["bodies"]["name"] = np.array(["long_name"])
+        data["curve"]["body"] = "long_name"
+        near = data["closed_form"]["nu"] < 4
+        data["closed_form"] = {key: values[near] for key, values in data["closed_form"].items()}
+
+    figure = drawn_with("splitting", change)
+    assert max(box.x1 for box in boxes_of(figure)) <= figure.bbox.x1
+
+
+def test_lines_behind_a_legend_do_not_cross_its_words() -> None:
+    axes = drawn_with("asymptotic_orbits", lambda _: None).axes[1]
+    legend = axes.get_legend()
+    assert legend is not None
+    frame = legend.get_frame()
+    assert legend.get_frame_on()
+    assert (frame.get_facecolor(), frame.get_edgecolor()[-1]) == ((1, 1, 1, 1), 0)
+
+
 def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
     def change(data: Any) -> None:
         data["bodies"]["resolved"][:] = True

@@ -132,8 +132,10 @@ def test_a_splitting_below_all_doubles_is_described_computed_and_drawn_as_not_re
     assert not data["bodies"]["resolved"].any()
     assert np.isnan(data["bodies"]["excess"]).all()
     loaded: Any = {"data": data}
-    first, *others = draw(loaded).axes
-    assert len(others) == 3
+    first, errors, *others = draw(loaded).axes
+    assert len(others) == 2
+    assert [text.get_text() for text in errors.texts] == ["no distance is resolved"]
+    assert errors.get_legend() is None
     legend = first.get_legend()
     assert legend is not None
     assert legend.get_title().get_text() == "", "no curve has a mu/h0"

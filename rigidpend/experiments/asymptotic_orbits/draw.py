@@ -79,7 +79,9 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
         axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_counted(name))
     axes.set(xlim=(0, 4), ylim=(-0.02, 1.02), xlabel=r"$\theta_1/\pi$")
     axes.set_ylabel(plots.axis_label(DRAWN["J1_over_J2"]))
-    axes.legend(fontsize=7, loc="center right", handlelength=2.4)
+    # The lines of some bodies pass behind it.
+    opaque: Any = {"frameon": True, "framealpha": 1, "edgecolor": "none"}
+    axes.legend(fontsize=7, loc="center right", handlelength=2.4, **opaque)
     plots.title(axes, "b", "the sampled orbits")
 
 

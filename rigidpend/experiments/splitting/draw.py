@@ -89,7 +89,11 @@ def _draw_curve(axes: Axes, data: Data) -> str:
 
 def _draw_error(axes: Axes, data: Data) -> str:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
-    resolved = bodies["resolved"]
+    resolved, title = bodies["resolved"], r"error: $O(\mu)$, of the $\cos g$ part $O(\mu^2)$"
+    if not resolved.any():
+        axes.text(0.5, 0.5, "no distance is resolved", ha="center", transform=axes.transAxes)
+        axes.set(xticks=[], yticks=[])
+        return title
     chosen = dict(zip(_chosen(data), CHOSEN, strict=False))
     for values, place, said, kind in (
         (bodies["curve_excess"], (0.05, 0.62), "whole curve,\nslope 1", WHOLE),
@@ -108,7 +112,7 @@ def _draw_error(axes: Axes, data: Data) -> str:
     if len(named) < len(resolved):
         named.append(plots.entry("the other bodies", **OTHER))
     axes.legend(handles=named, loc="lower right", fontsize=7, labelspacing=0.3, borderaxespad=0.3)
-    return r"the curve errs by $O(\mu)$, its $\cos g$ part by $O(\mu^2)$"
+    return title
 
 
 def _chosen(data: Data) -> list[int]:
@@ -170,7 +174,7 @@ def _draw_table(axes: Axes, data: Data) -> str:
     below: Any = {"loc": "upper center", "bbox_to_anchor": (0.42, -0.19), "ncols": 4}
     close: Any = {"handlelength": 1.2, "columnspacing": 0.9, "handletextpad": 0.4}
     axes.legend(handles=patches, fontsize=6.5, **below, **close)
-    return r"what is resolved: $\log_{10}$ of the error, precision"
+    return r"$\log_{10}$ of the error, and precision"
 
 
 CAPTION = (
