@@ -322,5 +322,5 @@ def _shown(name: str, values: Sequence[Exact]) -> str:
 
 
 def _written(x: Exact) -> str:
-    """Format a value for a message: as written if that is short, else with 17 digits."""
-    return x.text if x.fraction is not None and len(x.text) < 18 else f"{float(x):.17g}"
+    """Format a value for a message: as written if that is short, else as the nearest double."""
+    return x.text if x.fraction is not None and len(x.text) < 18 else repr(float(x))

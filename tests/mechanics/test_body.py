@@ -81,6 +81,7 @@ def test_agrees_special_cases_with_their_definitions(A: Any, r: Any, cases: Any)
         ({"A": (2, 0, 1.5)}, r"A2 > 0 is broken: A = \(2, 0, 1.5\)"),
         ({"A": (-3, 1.5, 2)}, r"A1 > 0 is broken: A = \(-3, 1.5, 2\)$"),
         ({"A": (2, 1, 0)}, r"A3 > 0 is broken: A = \(2, 1, 0\)$"),
+        ({"A": (2.3, 1.1, 0.5)}, r"A2 \+ A3 >= A1 .* is broken: A = \(2.3, 1.1, 0.5\);"),
         ({"A": (1, 30, 2)}, r"A1 \+ A3 >= A2 \(the triangle inequality\) is broken: A = \(1, 30"),
         ({"A": (1, 2, 1.5)}, r"A1 > A3 > A2 is broken: A = \(1, 2, 1.5\)"),
         ({"A": (2, 1, 2)}, r"A1 > A3 > A2 is broken: A = \(2, 1, 2\)"),

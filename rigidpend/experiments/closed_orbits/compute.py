@@ -76,7 +76,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
     alone = [passages(orbit.chain) for orbit in found]
     for orbit, (right, _) in zip(found, alone, strict=True):
         if not right.all():
-            raise ArithmeticError(f"integration leaves the orbit of {orbit.word}")
+            raise ArithmeticError(f"integration leaves the orbit of {orbit.code}")
     return {
         # Row by row the symbols of a word, (n, longest).
         "word": np.array([*zip_longest(*(o.word for o in found), fillvalue=NO_SYMBOL)], "u1").T,

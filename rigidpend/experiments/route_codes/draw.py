@@ -141,10 +141,9 @@ def _legend_entries(arrays: list[Data], magnified: bool) -> list[Artist]:
 
 
 CAPTION = (
-    "Orbits that start beside each other take the same turns at first and different ones later: the"
-    " array is plain at the bottom and seems random at the top. A column is one initial phase"
-    " theta2_0 on S1-; cell i, counted from below, says on which side the orbit leaves after its"
-    " i-th passage: 0 black, 1 white."
+    "Orbits that start beside each other take the same turns at first and mostly different ones"
+    " later. A column is one initial phase theta2_0 on S1-; cell i, counted from below, says on"
+    " which side the orbit leaves after its i-th passage: 0 black, 1 white."
 )
 
 

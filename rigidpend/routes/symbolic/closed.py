@@ -88,6 +88,11 @@ class ClosedOrbit(NamedTuple):
     """The P passages; its last crossing is the first one of the next period."""
 
     @property
+    def code(self) -> str:
+        """The word, written as text."""
+        return "".join(map(str, self.word))
+
+    @property
     def multiplier(self) -> complex:
         """The Floquet multiplier of the P passages that lies on or outside the unit circle."""
         half, size = self.trace / 2, abs(self.trace) / 2
@@ -314,7 +319,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     growth = sum(float(np.abs(whole).sum(axis=1).max()) for whole in behind)
     if growth * met > MOVED:
         raise NoOrbit(
-            f"a period of {orbit.word} with {orbit.half_turns} half rotations in each passage grows"
+            f"a period of {orbit.code} with {orbit.half_turns} half rotations in each passage grows"
             f" roundings of {bits} bits to {growth * met:.1g} rad, which verifies nothing:"
             " verify shorter words, or give passages fewer half rotations"
         )
@@ -337,12 +342,12 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         moved = a.largest(step * size)
         if moved > MOVED:
             raise NoOrbit(
-                f"the orbit of {orbit.word} does not come to close: a correction is {moved:.1g}"
+                f"the orbit of {orbit.code} does not come to close: a correction is {moved:.1g}"
                 f" rad; its surfaces are split by {level.splitting:.1g}"
             )
         places = places + step * size
     else:
-        raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
+        raise NoOrbit(f"the orbit of {orbit.code} does not come to close, by {float(size):.2g}")
     period, first = times.sum(), places[:1]
     error = a.largest(gaps(first, first, np.array([period]))[0])
     # Integrated as a whole, the passages round otherwise than alone: both kinds count.

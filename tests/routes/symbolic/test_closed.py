@@ -190,7 +190,9 @@ def test_an_exponent_beside_zero_errs_by_a_root_of_what_its_trace_does(side: int
 def test_an_orbit_that_does_not_come_to_close_is_not_verified() -> None:
     body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
     found = closed_orbit(body, "1", h="0.25")
-    with pytest.raises(NoOrbit, match=r"come to close: a correction is .*are split by 3e-14"):
+    with pytest.raises(
+        NoOrbit, match=r"of 1 does not come to close: a correction is .*are split by 3e-14"
+    ):
         closing(found)
 
 
