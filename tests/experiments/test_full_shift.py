@@ -138,6 +138,8 @@ def test_lines_close_to_the_periodic_orbit_cross_the_sets(J1: str, strip: bool) 
     fine = start_lines.with_bits(setting, action, ends, sets)
     link, found = chains.across(chains.Link(starts, fine, theta2=ends), sets)
     assert link.start == (starts if strip else starts._replace(wide=Fraction(0)))
+    _, (off, *_) = sections.beginning(setting.numbers, link.start, found[0])
+    assert off < 2e-17
     end = passages.arrival(setting.numbers, link.start, found)
     for k, quad in enumerate(sets[:2]):
         relation = coverings.relation(end, quad, end.box, k)
