@@ -123,6 +123,19 @@ def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() 
 
 
 @pytest.mark.slow
+def test_a_strip_whose_orbits_do_not_cross_is_not_followed() -> None:
+    """Newton's method had sent some of them to times that took minutes."""
+    problem = "A=[2, 0.18, 1.94]", "r=[0.92, 0.38, 0]", "mu=0.00017", "h=1", "J1_0=9.7e-16"
+    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
+    [setting] = horseshoe.trials(horseshoe.ShiftProblem(given.body, given.h, 7), 7)
+    starts, ends = start_lines.line(
+        setting, Fraction(given.J1_0.fraction), horseshoe.quads(setting)
+    )
+    with pytest.raises(ArithmeticError, match="do not cross next"):
+        start_lines.line_pieces(setting, starts, ends)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("J1", "strip"), [("1e-14", True), ("1e-20", False)])
 def test_lines_close_to_the_periodic_orbit_cross_the_sets(J1: str, strip: bool) -> None:
     """The closer they are, the longer a bound grows, and the more bits and nodes they have.

@@ -80,7 +80,11 @@ def to_crossing(
     for _ in range(2):
         ends = states_at(field, begin, SumArray.of(times[None]), 106, tolerance=TOLERANCE)
         states = IN_PAIRS.floats(ends)[:, 0]
-        times = times - states[2] / aligned(states, doubles)[2]
+        late = states[2] / aligned(states, doubles)[2]
+        # Of an orbit that does not cross there it leads anywhere, and takes as long.
+        if not np.abs(late).max() < times.max():
+            raise ArithmeticError("orbits do not cross next where the return map has them cross")
+        times = times - late
     # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
     # have fixed lengths, multiples of 2^-10 in the momentum's own unit of time, that are exact in
     # doubles; the last one goes on to the crossing, and its length is a polynomial.
