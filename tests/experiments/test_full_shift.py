@@ -119,7 +119,47 @@ def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() 
         assert relation.edge > 1 > relation.across
     starts, ends = start_lines.line(setting, Fraction(given.J1_0.fraction), sets)
     link = chains.Link(starts, setting, theta2=ends)
-    assert chains.crosses(link, link.pieces(), sets)
+    assert chains.across(link, sets)[0] == link
+
+
+@pytest.mark.slow
+def test_a_strip_whose_orbits_do_not_cross_is_not_followed() -> None:
+    """Newton's method had sent some of them to times that took minutes."""
+    problem = "A=[2, 0.18, 1.94]", "r=[0.92, 0.38, 0]", "mu=0.00017", "h=1", "J1_0=9.7e-16"
+    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
+    [setting] = horseshoe.trials(horseshoe.ShiftProblem(given.body, given.h, 7), 7)
+    starts, ends = start_lines.line(
+        setting, Fraction(given.J1_0.fraction), horseshoe.quads(setting)
+    )
+    with pytest.raises(ArithmeticError, match="do not cross next"):
+        start_lines.line_pieces(setting, starts, ends)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("J1", "strip"), [("1e-14", True), ("1e-20", False)])
+def test_lines_close_to_the_periodic_orbit_cross_the_sets(J1: str, strip: bool) -> None:
+    """The closer they are, the longer a bound grows, and the more bits and nodes they have.
+
+    A strip beside the closest ones has orbits that do not cross next, and is left out.
+    """
+    given = asked("full_shift").problem
+    of = horseshoe.ShiftProblem(given.body, given.h, 14)
+    [setting] = horseshoe.trials(of, 14)
+    sets, action = horseshoe.quads(setting), Fraction(J1)
+    starts, ends = start_lines.line(setting, action, sets)
+    assert starts.wide > 0
+    fine = start_lines.with_bits(setting, action, ends, sets)
+    link, found = chains.across(chains.Link(starts, fine, theta2=ends), sets)
+    assert link.start == (starts if strip else starts._replace(wide=Fraction(0)))
+    _, (off, *_) = sections.beginning(setting.numbers, link.start, found[0])
+    assert off < 2e-17
+    end = passages.arrival(setting.numbers, link.start, found)
+    for k, quad in enumerate(sets[:2]):
+        relation = coverings.relation(end, quad, end.box, k)
+        assert relation.edge > 50
+        assert relation.across < 0.05
+        assert relation.squeeze < 0.2
+        assert relation.stretch > 50
 
 
 NOT_SHOWN: list[tuple[Any, ...]] = [

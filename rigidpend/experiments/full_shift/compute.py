@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -123,13 +122,8 @@ def _proven(
     if approach is not None:
         return _stored(config, sets, orbits + chains.linked([*links, None]), links, means)
     starts, ends = start_lines.line(setting, J1, sets)
-    link = chains.Link(starts, setting, theta2=ends)
-    begun = link.pieces()
-    # Only Theorem 8 needs a strip about the line. If the strip's image is too wide to cross the
-    # sets, the line alone still proves Theorem 2.
-    if starts.wide and not chains.crosses(link, begun, sets):
-        link = link._replace(start=starts._replace(wide=Fraction(0)))
-        begun = link.pieces()
+    link = chains.Link(starts, start_lines.with_bits(setting, J1, ends, sets), theta2=ends)
+    link, begun = chains.across(link, sets)
     return _stored(config, sets, [*orbits, begun], [link], means)
 
 

@@ -213,7 +213,10 @@ def _check_weight(body: Rough) -> None:
     """Raise MapError if nothing is split."""
     k = body.c.aligned
     if not k.force_p and not k.force_m:
-        raise MapError("without weight (mu = 0) nothing is split and no map is needed")
+        raise MapError(
+            "without weight (mu = 0) an orbit repeats one passage or never returns, so that no code"
+            " can be chosen, and there is no return map: give mu > 0"
+        )
 
 
 def first_look(body: Rough, reach: float) -> Layer:

@@ -19,7 +19,7 @@ import numpy as np
 from rigidpend.machine.workers import check_stop
 from rigidpend.numbers import Array
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.certified.coverings import prove_link, relation
+from rigidpend.routes.certified.coverings import prove_cones, prove_link, relation
 from rigidpend.routes.certified.family_orbits import pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
@@ -44,7 +44,7 @@ The least length of an image over that of the set it crosses, the width of a set
 image in it, and the length of the line's image over that of the first set."""
 STEP = 1e-5
 """Step of a difference in theta2_0, radians."""
-SPARE_BITS, OF_LINE, GROWTH, MOST_BITS = 11, 12, 1.9, 100
+SPARE_BITS, OF_LINE, GROWTH, MOST_BITS = 11, 4, 1.9, 100
 """Numbers that bits of coefficients follow from.
 
 Bits beyond those of the next set's size, further ones of a line, bits by which a bound grows while
@@ -213,17 +213,22 @@ def linked(part: Sequence[Link | None]) -> list[list[FamilyStep]]:
     return found
 
 
-def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> bool:
-    """True if a line of starts, or a strip about it, crosses all upward sets."""
-    numbers = link.setting.numbers.without_derivatives
+def across(link: Link, quads: Sequence[Quad]) -> tuple[Link, list[FamilyStep]]:
+    """A line of starts, with its strip if that stretches across all upward sets, and polynomials.
+
+    Only Theorem 8 needs the strip; the line alone still proves Theorems 2 and 3.
+    """
+    if not isinstance(link.start, StartLine) or not link.start.wide:
+        return link, link.pieces()
     try:
-        end = arrival(numbers, link.start, found)
-        for quad in quads:
-            if quad.rising:
-                relation(end, quad, end.box, 0)
-    except Undecided:
-        return False
-    return True
+        found = link.pieces()
+        end = arrival(link.setting.numbers, link.start, found)
+        prove_cones(relation(end, quad, end.box, k) for k, quad in enumerate(quads) if quad.rising)
+    except ArithmeticError:
+        # Beside starts of a small J1 the strip has orbits that never cross.
+        link = link._replace(start=link.start._replace(wide=Fraction(0)))
+        return link, link.pieces()
+    return link, found
 
 
 def _proven(link: Link, after: Followed | None) -> list[FamilyStep]:

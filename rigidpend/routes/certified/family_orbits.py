@@ -31,6 +31,8 @@ from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers, Quad
 
 TOLERANCE = 2.0**-100
 """Tolerance of the integration."""
+FAR = 100.0
+"""Largest correction of a crossing's time, over the time that the return map tells."""
 MOST_GAMMA3 = 0.97
 """Largest |gamma3| in a set."""
 LENGTH, TURNS = 2.0, 2.0
@@ -75,12 +77,17 @@ def to_crossing(
     """
     field = setting.coefficients.aligned
     doubles = AlignedCoefficients(*map(float, field))
+    farthest = FAR * times.max()
     # Newton's method for M3 = 0. Times may be far off, where a second order, as that of
     # `on_section`, leads astray.
     for _ in range(2):
         ends = states_at(field, begin, SumArray.of(times[None]), 106, tolerance=TOLERANCE)
         states = IN_PAIRS.floats(ends)[:, 0]
-        times = times - states[2] / aligned(states, doubles)[2]
+        late = states[2] / aligned(states, doubles)[2]
+        # Of an orbit that does not cross there it leads anywhere, and takes as long.
+        if not np.abs(late).max() < farthest:
+            raise ArithmeticError("orbits do not cross next where the return map has them cross")
+        times = times - late
     # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
     # have fixed lengths, multiples of 2^-10 in the momentum's own unit of time, that are exact in
     # doubles; the last one goes on to the crossing, and its length is a polynomial.

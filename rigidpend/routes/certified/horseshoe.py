@@ -138,6 +138,18 @@ class ShiftProblem(NamedTuple):
         growth = self.numbers.growth
         return float(growth.rate(arb(self.rate) / growth.saddle, arb(0))) - self.rate
 
+    def with_bits(self, least: float, growth: float) -> ShiftProblem:
+        """The setting with bits enough that a bound stays below a distance, physical units.
+
+        `growth` is the logarithm of the factor by which the bound grows.
+        """
+        # Beside gamma, which is 1 in any units, a distance counts as a share of the momentum.
+        bits = SPARE_BITS + (growth - math.log(least / self.momentum)) / math.log(2)
+        # Coefficients of momenta below 1 need units that are as much smaller.
+        fine = max(0, -self.momentum_bits)
+        bits = fine + self.more + min(MOST_BITS, max(FEWEST_BITS, math.ceil(bits)))
+        return self._replace(bits=bits)
+
     @property
     def nodes(self) -> tuple[int, int, int, int]:
         """Numbers of nodes in time, in both parameters of a set, and in the energy."""
@@ -300,7 +312,7 @@ MOST_TURNS = 100
 LEAST_ANGLE = 1e-8
 """Smallest angle of the surfaces: sets beside a smaller one would need more than MOST_BITS."""
 SPARE_BITS, MOST_BITS = 18, 80
-"""Bits beyond those of the square of a set's distance from the stable surface, and most bits.
+"""Bits beyond those of a bound's growth and of the distance below which it has to stay, and most.
 
 The latter without further ones. Integration in pairs of doubles knows hardly more; the bound grows
 as that distance shrinks."""
@@ -359,12 +371,6 @@ def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     # these sets are from the stable one; others are nearer by a factor for each half rotation.
     further = 2 * (setting.lengths - 1) * setting.half_turn
     away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further * setting.rate)
-    # Beside gamma, which is 1 in any units, a distance counts as a share of the momentum.
-    away /= setting.momentum
     # Over a passage orbits part by the factor 1/away, the bound on their distance by more.
     growth = setting.faster * (setting.half_turns * setting.half_turn + further)
-    bits = SPARE_BITS + (growth - 2 * math.log(away)) / math.log(2)
-    # Coefficients of momenta below 1 need units that are as much smaller.
-    fine = max(0, -setting.momentum_bits)
-    bits = fine + setting.more + min(MOST_BITS, max(FEWEST_BITS, math.ceil(bits)))
-    return setting._replace(bits=bits)
+    return setting.with_bits(away, growth - math.log(away / setting.momentum))

@@ -28,7 +28,6 @@ from rigidpend.routes.certified.horseshoe import (
     MOST_ITERATIONS,
     OVERSHOOT,
     SETTLED,
-    SPARE_BITS,
     ShiftProblem,
     energies_of,
     moving,
@@ -41,12 +40,8 @@ SPREAD_FACTOR = 1.02
 """Spread of the energies that are proven, over that of a line of starts."""
 FURTHER = 1.05
 """Reach of a strip's image over that of sets and their images."""
-BESIDE, THIN, IN_ASIDE = 1.5, 0.2, 4
-"""Three numbers of a strip about a line.
-
-Its width over the least one, the largest width of its image over a set's, and nodes across it."""
-LINE_BITS = 8
-"""Bits that a line's coefficients have fewer at the beginning than those of a set."""
+BESIDE, THIN = 1.5, 0.2
+"""Width of a strip about a line over the least one, and largest width of its image over a set's."""
 STEADY = 14
 """Iterations of maps that converge linearly."""
 
@@ -162,6 +157,19 @@ def _middle(starts: LineStarts) -> Array:
     return found
 
 
+def with_bits(
+    setting: ShiftProblem, J1: Fraction, theta2: tuple[float, float], quads: Sequence[Quad]
+) -> ShiftProblem:
+    """The setting with bits enough for a line whose image lies in sets.
+
+    `theta2` are the ends of the line, radians.
+    """
+    # The nearer the line is to the periodic orbit, the longer the bound on a distance grows.
+    time = float(LineStarts(setting, J1).entered(np.array(theta2)).time.max())
+    least = min(float(quad.b) for quad in quads if quad.rising)
+    return setting.with_bits(least, (setting.rate + setting.faster) * time)
+
+
 def line_pieces(
     setting: ShiftProblem, of: StartLine, theta2: tuple[float, float]
 ) -> list[FamilyStep]:
@@ -170,10 +178,11 @@ def line_pieces(
     `theta2` are the ends of the line, radians.
     """
     a, in_w = IN_PAIRS, setting.nodes[3] if setting.h0 is None else 1
-    # Each further node gains as many bits as half of the half-length is below 1.
-    bits = setting.bits - LINE_BITS
-    in_u = math.ceil((bits - SPARE_BITS) / -math.log2(of.half / 2))
-    grid = FamilyGrid(max(in_u, setting.nodes[1]), IN_ASIDE if of.wide else 1, in_w)
+    # Each further node gains as many bits as half of the half-length, or half-width, is below 1.
+    in_u, in_v = (
+        math.ceil(setting.bits / -math.log2(x / 2)) if x else 1 for x in (of.half, of.wide)
+    )
+    grid = FamilyGrid(max(in_u, setting.nodes[1]), in_v, in_w)
     u, v, w = grid.at
     starts = LineStarts(setting, of.J1, w)
     goal = horner([a.number(x) for x in of.centre], w) + a.number(of.half) * u
@@ -189,7 +198,7 @@ def line_pieces(
     for k, one in enumerate(nodes(in_w, precision(53))):
         entered = LineStarts(setting, of.J1, one).entered(a.floats(phase)[k::in_w])
         times[k::in_w] = entered.time
-    return to_crossing(setting, begin, times, grid, bits)
+    return to_crossing(setting, begin, times, grid, setting.bits)
 
 
 def _beside(
@@ -203,8 +212,9 @@ def _beside(
     h = a.number(setting.h.at(a.bits + GUARD_BITS)) + a.number(setting.spread) * w
     J1, e1, e2 = map(a.number, (of.J1, of.e1, of.e2))
     Qp, _, M3, g1, g2, g3 = begin
-    # The side of the direction (e1, e2) on which gamma lies.
+    # The side of the direction (e1, e2) on which gamma lies. Only in doubles it is a unit vector.
     side = 1 if float(a.floats(e1 * g2 - e2 * g1)[0]) > 0 else -1
+    square = e1 * e1 + e2 * e2
     for _ in range(STEADY):
         M1, M2 = (Qp + Qm) * to_M1, (Qp - Qm) * to_M2
         # M3 from the energy, Qp from M3, gamma3 from M . gamma = 0, the rest from |gamma| = 1.
@@ -212,8 +222,8 @@ def _beside(
         M3 = -a.sqrt(2 * left / c.kappa - M1 * M1 - M2 * M2)
         Qp = a.sqrt(4 * J1 * (J1 - M3) / (to_M1 * to_M1 + to_M2 * to_M2))
         g3 = -(M1 * g1 + M2 * g2) / M3
-        across = side * a.sqrt(1 - place * place - g3 * g3)
-        g1, g2 = e1 * place - e2 * across, e2 * place + e1 * across
+        across = side * a.sqrt(square * (1 - g3 * g3) - place * place)
+        g1, g2 = (e1 * place - e2 * across) / square, (e2 * place + e1 * across) / square
     found: Any = np.stack([Qp, Qm, M3, g1, g2, g3])
     return found
 
