@@ -94,7 +94,8 @@ def _problem(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
 
     problem = config.problem
     if problem.h is not None:
-        found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=spread_of(config))
+        spread = spread_of(problem.h, problem.around)
+        found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=spread)
     elif problem.h0 is not None and approach is not None:
         of = problem.body, problem.h0, rational(config.problem.J1_0)
         found = start_lines.of_start(*of, approach.theta2)

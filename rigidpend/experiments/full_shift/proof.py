@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rigidpend.experiments.data import Data
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.experiments.shared import rational
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import Exact, exact
 from rigidpend.routes.certified import connections, coverings, pieces, sections
 from rigidpend.routes.certified.coverings import Relation
 from rigidpend.routes.certified.passages import Reached
@@ -90,7 +90,7 @@ def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numb
     # Of one h the interval may be wider than asked for, but not elsewhere; of one h0 it may be any,
     # since the checker proves that those of the line's starts are among them (C6).
     if problem.h is not None:
-        if shift or spread < spread_of(config):
+        if shift or spread < spread_of(problem.h, problem.around):
             raise Undecided("the energies are not those of the config")
         return sections.Numbers.of(problem.body, problem.h, spread)
     assert problem.h0 is not None
@@ -99,7 +99,7 @@ def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numb
     return sections.Numbers.of(problem.body, problem.h0 + exact(shift), spread, problem.h0)
 
 
-def spread_of(config: Config) -> Fraction:
-    """Half of the width of the energies that a config asks for, rounded upward."""
-    wide = float(exact(config.problem.h or 0) * config.problem.around)
+def spread_of(h: Exact, around: Exact) -> Fraction:
+    """Half of the width of the energies around h that a config asks for, rounded upward."""
+    wide = float(h * around)
     return Fraction(math.nextafter(wide, math.inf) if wide else 0)
