@@ -109,5 +109,5 @@ def test_coefficients_of_a_return_map_fall_geometrically_to_rounding() -> None:
         slope = np.polyfit(order[middle], np.log(size[middle]), 1)[0]
         assert rate is None or abs(slope / math.log(rate) - 1) < 0.35
     assert 1e-5 < map_page.largest_start(body, map_page.H0) < 1e-1
-    with pytest.raises(MapError, match="nothing is split"):
+    with pytest.raises(MapError, match="without weight"):
         map_page.largest_start(Body(map_page.A, map_page.R, 0), map_page.H0)
