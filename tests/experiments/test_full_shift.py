@@ -171,7 +171,9 @@ NOT_SHOWN: list[tuple[Any, ...]] = [
     (["problem.mu=1e-8", SEARCHED], "of 1e-08 or less no sets are tried"),
     # So few half rotations that the sets are too large to be straight, or too many.
     (["problem.half_turns=11"], "sets are too wide"),
-    (["problem.half_turns=32"], "no passages of 32 half rotations begin beside"),
+    (["problem.half_turns=32"], "tells: try fewer"),
+    (["problem.half_turns=2"], "no passages of 2 half rotations begin"),
+    (["problem.half_turns=2"], "tells: try more"),
     # Polynomials that the checker does not believe: its reason is said with the set.
     (
         ["problem.half_turns=14"],

@@ -199,7 +199,8 @@ class _Section(NamedTuple):
 
         The passage takes `half_turns` half rotations; ArithmeticError where there is none.
         """
-        surface, grown = self.surface(chi), np.full(len(chi), 1e-6)
+        surface, begun = self.surface(chi), 1e-6
+        grown = np.full(len(chi), begun)
         rate = float(self.level.exponent[0, 0])
         for _ in range(MOST_ITERATIONS):
             passed = self.level.passage(
@@ -215,7 +216,9 @@ class _Section(NamedTuple):
             said = (
                 f"no passages of {half_turns} half rotations begin beside the heteroclinic orbits"
             )
-            raise ArithmeticError(f"{said}, as far as the return map tells")
+            # It ends where starts are no longer beside the surface, or too near for doubles.
+            helps = "more" if grown.max() > begun else "fewer"
+            raise ArithmeticError(f"{said}, as far as the return map tells: try {helps}")
         return surface + side * grown
 
 
