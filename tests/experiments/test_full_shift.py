@@ -162,18 +162,18 @@ def test_lines_close_to_the_periodic_orbit_cross_the_sets(J1: str, strip: bool) 
         assert relation.stretch > 50
 
 
+BEGIN = "half rotations begin beside the heteroclinic orbits, as far as the return map tells"
 NOT_SHOWN: list[tuple[Any, ...]] = [
     # Hess: one of the surfaces does not split.
-    (["problem.r=[1, sqrt(2), 0]"], "half rotations begin beside the heteroclinic orbits"),
+    (["problem.r=[1, sqrt(2), 0]"], BEGIN),
     (["problem.r=[1, sqrt(2), 0]", SEARCHED], "surfaces of the periodic orbits cross at"),
     (["problem.mu=1e-12", SEARCHED], "the surfaces of the periodic orbits cross at an angle"),
     # An angle that is lost among roundings, and one of which sets would be too small.
     (["problem.mu=1e-8", SEARCHED], "of 1e-08 or less no sets are tried"),
     # So few half rotations that the sets are too large to be straight, or too many.
     (["problem.half_turns=11"], "sets are too wide"),
-    (["problem.half_turns=32"], "tells: try fewer"),
-    (["problem.half_turns=2"], "no passages of 2 half rotations begin"),
-    (["problem.half_turns=2"], "tells: try more"),
+    (["problem.half_turns=32"], f"no passages of 32 {BEGIN}: try fewer"),
+    (["problem.half_turns=2"], f"no passages of 2 {BEGIN}: try more"),
     # Polynomials that the checker does not believe: its reason is said with the set.
     (
         ["problem.half_turns=14"],
