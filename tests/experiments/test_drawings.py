@@ -172,6 +172,13 @@ def test_weights_of_any_range_have_labels_that_are_not_upon_each_other(
         assert axes.get_xscale() == "linear" or not overlap(x.get_window_extent() for x in labels)
 
 
+def test_words_on_a_guide_interrupt_it() -> None:
+    every = [x for axes in drawn_with("precession", lambda _: None).axes for x in axes.texts]
+    around = [x.get_bbox_patch() for x in every if x.get_text().startswith("slope")]
+    assert len(around) == 3
+    assert all(patch and patch.get_facecolor() == (1, 1, 1, 1) for patch in around)
+
+
 def test_bodies_whose_splitting_is_not_resolved_are_not_named_beside_the_curve() -> None:
     def change(data: Any) -> None:
         data["bodies"]["resolved"][:2] = False

@@ -110,7 +110,9 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     # The guide line is above the curves: only its slope has a meaning.
     guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
     axes.plot([low, high], guide, color="black", lw=0.7)
-    axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
+    # Over few weights the guide passes there, and the words interrupt it.
+    around: Any = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+    axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top", bbox=around)
     plots.logarithmic_ticks(axes, ratios)
     axes.set_xlabel(plots.axis_label(MU_OVER_H0))
     # The curves of bodies whose increment is zero show rounding only.
