@@ -29,7 +29,7 @@ from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_point
 from rigidpend.orbits.return_map.precision import (
     MOST_IN_PAIRS,
-    TRIPLE_BITS,
+    MOST_IN_TRIPLES,
     Precision,
     in_sums,
     precision,
@@ -333,7 +333,7 @@ def build(
     """
     a = precision(table_bits(bits))
     # Digits for the sharpest tables that a later attempt may turn to.
-    p = body.angles(max(a.bits, TRIPLE_BITS[1] if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
+    p = body.angles(max(a.bits, MOST_IN_TRIPLES if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
     rough = _rough(body, (low + high) / 2, design)
     exponent, allowed = _floquet_exponent(body, float(low), float(high)), _allowed(bits)
     layer, planned = by or plan(body, low, high, bits, design)

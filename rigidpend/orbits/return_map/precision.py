@@ -9,6 +9,7 @@ asked for. The same code computes with all of them, by
 from __future__ import annotations
 
 import functools
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -28,10 +29,8 @@ UNDIVIDED, LEAST_ROWS = 2**18, 16
 That holds for OpenBLAS as NumPy brings it. A larger product is done in parts."""
 MOST_IN_PAIRS = 96
 """Bits that pairs of doubles keep after some hundred operations, each with an error of 2^-104."""
-TRIPLE_BITS = 124, 148
-"""Bits of sums of three doubles, and the most that these keep likewise.
-
-They are few precisions, as each takes a kernel of its own."""
+MOST_IN_TRIPLES = 148
+"""Bits that sums of three doubles keep likewise."""
 
 
 class Precision:
@@ -131,15 +130,17 @@ def precision(bits: int) -> Precision:
 
 @functools.cache
 def in_triples(bits: int) -> Precision:
-    """The precision of `bits` bits, one of `TRIPLE_BITS`, in sums of three doubles."""
+    """The precision of `bits` bits, up to `MOST_IN_TRIPLES`, in sums of three doubles."""
     return Precision(bits, 3)
 
 
 def in_sums(bits: float) -> Precision:
-    """The precision of at least so many bits in pairs or, up to what these hold, in triples."""
+    """The precision of so many bits, rounded up, in pairs of doubles, or in triples for more.
+
+    Beyond `MOST_IN_TRIPLES` it is that: no sums of so few doubles hold more."""
     if bits <= MOST_IN_PAIRS:
-        return precision(MOST_IN_PAIRS)
-    return in_triples(TRIPLE_BITS[bits > TRIPLE_BITS[0]])
+        return precision(math.ceil(bits))
+    return in_triples(min(math.ceil(bits), MOST_IN_TRIPLES))
 
 
 def rounded(x: Scalar, a: Precision) -> Any:
