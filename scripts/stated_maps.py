@@ -19,7 +19,7 @@ from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.charts import Arcs, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import normal_form
-from rigidpend.orbits.return_map.precision import TRIPLE_BITS, in_triples, precision
+from rigidpend.orbits.return_map.precision import MOST_IN_TRIPLES, in_triples, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import Looked
 from rigidpend.routes.problem import RouteProblem, narrower
@@ -42,7 +42,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
     """
     a, o, nf = precision(FINER), made.orders, made.normal_form
     c = coefficients(made.body.angles(FINER + 32), made.design.unit, a)
-    sharp = in_triples(TRIPLE_BITS[1])
+    sharp = in_triples(MOST_IN_TRIPLES)
     sharper = coefficients(made.body.angles(sharp.bits + 32), made.design.unit, sharp)
     arcs = Arcs(a.number(o.length * SHORTER), sharper, sharp, made.midlines)
     energies = nf.energies._replace(n=o.n_energy + 4 if o.n_energy > 1 else 1)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.return_map.charts import quadrature_points
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.looks import Rough, Shrinking, least_degree, odd, terms_until
@@ -103,7 +104,8 @@ def building_seconds(
     inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
     points = quadrature_points(o.length, body.c, body.h, a.bits)
-    arc = 20 + (16 if sharp.parts == 3 else 2.4) * o.length + 0.6 * points * theta3 + 0.0018 * terms
+    step = 10.5 + 0.34 * (sharp.bits - PAIRS) if sharp.parts == 3 else 2.4
+    arc = 20 + step * o.length + 0.6 * points * theta3 + 0.0018 * terms
     back = 8 + 0.026 * o.n_x * o.n_phase_inverse
     series = 2000 * o.degree + 0.0038 * o.n_energy * o.n_phase_orbit * o.degree**3
     return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6

@@ -18,6 +18,7 @@ import numpy as np
 from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.orbits.integrate import sum_arrays
+from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts
 from rigidpend.orbits.integrate.sum_arrays import SumArray
 
@@ -135,12 +136,11 @@ def in_triples(bits: int) -> Precision:
 
 
 def in_sums(bits: float) -> Precision:
-    """The precision of so many bits, rounded up, in pairs of doubles, or in triples for more.
-
-    Beyond `MOST_IN_TRIPLES` it is that: no sums of so few doubles hold more."""
+    """The precision of so many bits, above 53, in pairs or, up to what these hold, in triples."""
     if bits <= MOST_IN_PAIRS:
         return precision(math.ceil(bits))
-    return in_triples(min(math.ceil(bits), MOST_IN_TRIPLES))
+    # Up to `PAIRS` bits orbits would be integrated in pairs all the same.
+    return in_triples(min(max(math.ceil(bits), PAIRS + 1), MOST_IN_TRIPLES))
 
 
 def rounded(x: Scalar, a: Precision) -> Any:
