@@ -32,8 +32,8 @@ from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, 
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, rounded
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
 from rigidpend.orbits.return_map.tables import (
-    FORWARD_POWER,
-    INVERSE_POWER,
+    FORWARD,
+    INVERSE,
     ChartTable,
     Looked,
     fitted,
@@ -228,7 +228,7 @@ def forward_table(
     def chart(d: Any, chi: Any, form: TorusForm) -> Any:
         return section_chart(rising, d, chi, form, arcs)
 
-    return fitted(chart, width, n_x, n_phase, nf, FORWARD_POWER, a)
+    return fitted(chart, width, n_x, n_phase, nf, FORWARD, a)
 
 
 def inverse_table(
@@ -247,7 +247,7 @@ def inverse_table(
         # chi grows by a turn with s; the difference is periodic in s, as a table has to be.
         return np.stack((d, chi - s, *value[2:]))
 
-    return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE_POWER, a)
+    return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE, a)
 
 
 def section_charts(
