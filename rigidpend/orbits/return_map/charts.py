@@ -31,13 +31,7 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, state_of
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, rounded
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
-from rigidpend.orbits.return_map.tables import (
-    FORWARD,
-    INVERSE,
-    ChartTable,
-    Looked,
-    fitted,
-)
+from rigidpend.orbits.return_map.tables import FORWARD, INVERSE, ChartTable, Looked, fitted
 
 MOST_ITERATIONS = 30
 """Largest number of Newton's corrections of a point of an inverse chart, in each precision."""
