@@ -39,7 +39,21 @@ PARAMETERS = "uvw"
 _RING = fmpz_mpoly_ctx.get(("z", *PARAMETERS), "lex")
 _Z, *_ = _RING.gens()
 
+UNIT = 1 << 61
+"""Limit of the size of a coefficient that FLINT keeps in a word."""
+
 Orders: TypeAlias = tuple[int, int, int]
+
+
+def _words(p: Any) -> list[Any]:
+    """Polynomials with coefficients below UNIT, of which p is the sum of the k-th times UNIT^k."""
+    found = []
+    while max(map(abs, p.coeffs()), default=0) >= UNIT:
+        # However the quotient is rounded, less than UNIT is left. It has few terms, of low degree.
+        high = p // UNIT
+        found.append(p - high * UNIT)
+        p = high
+    return [*found, p]
 
 
 class Family:
@@ -77,10 +91,12 @@ class Family:
 
     def _product(self, other: Self) -> Any:
         """The product of the stored polynomials."""
-        # A step's coefficients fit a word, but not once they are multiplied by a constant of the
-        # body; FLINT takes ten times as long then. So common factors are taken out before.
+        # FLINT takes ten times as long where a coefficient does not fit a word. Most of a step's
+        # do, but not once they are multiplied by a constant of the body: so common factors are
+        # taken out before.
         (f, p), (g, q) = self.doubled.primitive(), other.doubled.primitive()
-        return p * q * (f * g)
+        low, high = _words(p), _words(q)
+        return horner([horner([x * y for y in high], UNIT) for x in low], UNIT) * (f * g)
 
     @classmethod
     def of(cls, terms: Mapping[Powers, int], bits: int) -> Self:
