@@ -14,8 +14,6 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw, proof
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.routes.certified import (
     chains,
     connections,
@@ -42,8 +40,6 @@ OTHER = [
 """A body drawn at random, whose surfaces cross at an angle of 1.4e-6."""
 OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
-LONGEST = 1e3
-"""Time t' beyond all passages that are followed here."""
 ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 """A step that is none of any set."""
 
@@ -141,13 +137,8 @@ def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() 
 
 @pytest.mark.slow
 def test_a_strip_whose_orbits_do_not_cross_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Newton's method had sent some of them to times that took minutes, and others for ever."""
-
-    def followed(field: Any, begin: Any, times: SumArray, *given: Any, **how: Any) -> Any:
-        assert np.abs(times.parts[0]).max() < LONGEST
-        return states_at(field, begin, times, *given, **how)
-
-    monkeypatch.setattr(family_orbits, "states_at", followed)
+    """Newton's method had sent some of them to times that took minutes, or any number of steps."""
+    monkeypatch.setattr(family_orbits, "steps_of", Mock(side_effect=InterruptedError))
     problem = "A=[2, 0.18, 1.94]", "r=[0.92, 0.38, 0]", "mu=0.00017", "h=1", "J1_0=9.7e-16"
     given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
     [setting] = horseshoe.trials(horseshoe.ShiftProblem(given.body, given.h, 7), 7)
