@@ -137,7 +137,7 @@ def test_coefficients_of_all_sizes_and_signs_are_in_products(bits: tuple[int, in
                 for j in range(12)
                 for k in range(6)
             },
-            UNIT,
+            UNIT + 100,
         )
         for n in bits
     )
