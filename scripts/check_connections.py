@@ -159,8 +159,8 @@ def check_transversal(
     if start is None:
         raise Fails("C9: the starts come to the sets by an approach")
     of = check_middle(p, farthest(quads, [*found, start]))
-    check_strip(p, of, strip, step)
     check_graph(p, of)
+    check_strip(p, of, strip, step)
     both = list(zip(quads, found, strict=True))
     images = [x for quad, x in both if not quad.rising]
     # The points of a set are within ALONE of its polynomials (C1).

@@ -126,6 +126,8 @@ def word_of(address: str) -> str:
 def energies_of(found: Read) -> dict[str, Fraction]:
     """The energies of a proof, shift and spread; refused if its config asks for others."""
     given = found.config["problem"]
+    if given.get("h") is not None and given.get("h0") is not None:
+        raise Refused("its config has both h and h0")
     if given.get("h") is None:
         if not found.spread:
             raise Refused("starts of one J2_0 have other energies than one")

@@ -91,6 +91,19 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
     assert two.lengths == 2
 
 
+def test_the_reason_of_a_trial_is_told_before_the_next_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = asked("full_shift").problem
+    settings = [horseshoe.ShiftProblem(given.body, given.h, n) for n in (14, 15)]
+    monkeypatch.setattr(horseshoe, "trials", lambda *_: settings)
+    monkeypatch.setattr(horseshoe, "quads", Mock(side_effect=ArithmeticError("lost")))
+    told = list[str]()
+    with pytest.raises(ArithmeticError, match="with 14 half rotations: lost; with 15 half"):
+        full_shift.compute(asked("full_shift"), Means(report=told.append))
+    words = ("sets are found, with passages of {} half", "undecided with {} half rotations: lost")
+    expected = [text.format(n) for n in (14, 15) for text in words]
+    assert [line[: len(text)] for line, text in zip(told, expected, strict=True)] == expected
+
+
 @pytest.mark.slow
 def test_the_first_sets_are_those_of_the_fewest_half_rotations_that_are_narrow_enough() -> None:
     """Of a body on which lines fitted to far too few half rotations say any number.
@@ -123,8 +136,9 @@ def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() 
 
 
 @pytest.mark.slow
-def test_a_strip_whose_orbits_do_not_cross_is_not_followed() -> None:
-    """Newton's method had sent some of them to times that took minutes."""
+def test_a_strip_whose_orbits_do_not_cross_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's method had sent some of them to times that took minutes, or any number of steps."""
+    monkeypatch.setattr(family_orbits, "steps_of", Mock(side_effect=InterruptedError))
     problem = "A=[2, 0.18, 1.94]", "r=[0.92, 0.38, 0]", "mu=0.00017", "h=1", "J1_0=9.7e-16"
     given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
     [setting] = horseshoe.trials(horseshoe.ShiftProblem(given.body, given.h, 7), 7)

@@ -323,6 +323,23 @@ def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -
     assert all(x.startswith("theta2_0 = 1.6: step ") and " to go" in x for x in lines)
 
 
+@pytest.mark.parametrize(
+    ("steps", "said"),
+    [
+        # A third of 1000^2 for each step, and 2.5 microseconds for each of these.
+        (100, ["x: about 100 steps of up to 1000 bits, which may take 83 s"]),
+        (6000, ["x: about 6000 steps of up to 1000 bits, which may take 83 min"]),
+        (50, []),
+        (6500, []),
+    ],
+)
+def test_a_long_proof_says_beforehand_what_it_takes(steps: int, said: list[str]) -> None:
+    """One of half a minute is not long, and one of two hours is not begun."""
+    lines: list[str] = []
+    codes.ProofProgress("x", steps, 1000, lines.append)
+    assert lines == said
+
+
 def test_what_is_left_follows_from_what_was_done(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter([0.0, 10.0, 11.0, 30.0])
     monkeypatch.setattr("time.monotonic", lambda: next(clock))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from rigidpend.experiments.full_shift import RELATIONS
 from rigidpend.experiments.full_shift.proof import Proven, checked, spread_of
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.experiments.shared import attributes, rational
+from rigidpend.machine.workers import note
 from rigidpend.numbers import Array
 from rigidpend.routes.certified import pieces, sections
 from rigidpend.routes.certified.balls import alone
@@ -54,7 +56,7 @@ def compute(config: Config, means: Means) -> Tree:
     from rigidpend.orbits.return_map import MapError
     from rigidpend.routes.certified import horseshoe
 
-    # Every setting may fail for a reason of its own: all reasons are told in the end.
+    # Every setting may fail for a reason of its own, told at once and with all others in the end.
     doubts = []
     try:
         approach = _approach(config)
@@ -64,6 +66,7 @@ def compute(config: Config, means: Means) -> Tree:
                 return _proven(config, setting, approach, means)
             except (MapError, ArithmeticError) as doubt:
                 doubts.append(f"with {setting.described}: {doubt}")
+                means.report(f"undecided {doubts[-1]}")
     except (MapError, ArithmeticError) as doubt:
         doubts.append(str(doubt))
     raise ArithmeticError(f"undecided, nothing is proven: {'; '.join(doubts)}")
@@ -119,7 +122,10 @@ def _proven(
     elif config.problem.h0 is not None:
         setting = start_lines.widened(setting, J1)
     sets = horseshoe.quads(setting)
-    orbits = [family_orbits.pieces(setting, quad) for quad in sets]
+    orbits = []
+    for k, quad in enumerate(sets):
+        note(partial("polynomials of set {} of 0 to {} are found".format, k, len(sets) - 1))
+        orbits.append(family_orbits.pieces(setting, quad))
     if approach is not None:
         return _stored(config, sets, orbits + chains.linked([*links, None]), links, means)
     starts, ends = start_lines.line(setting, J1, sets)

@@ -16,7 +16,7 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.progress import duration, tell_nobody
 from rigidpend.machine.workers import check_stop, side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import symbols
@@ -37,9 +37,9 @@ ATTEMPTS, BITS_GROWTH = 3, 1.3
 FEWEST_BITS = 8
 """Bits at the start at least."""
 MOST_WORK = 2**31
-"""Largest work on an orbit, the sum of bits^2 over its steps: an hour or two.
-
-A step takes 1.5 to 3.6 microseconds times bits^2, from 100 to 3000 bits, as measured."""
+"""Largest work on an orbit, the sum of bits^2 over its steps: an hour or two."""
+OF_WORK = 2.5e-6
+"""Seconds of a bit^2 of work: 1.5e-6 to 3.6e-6 from 100 to 3000 bits, as measured."""
 LONG_WORK = 2**24
 """Work that a line announces before it begins: half a minute or more."""
 LINE_SECONDS = 5.0
@@ -258,7 +258,8 @@ class ProofProgress:
         self.work, self._taken, self._spent = 0, 0, spent
         self._begun = self._said = time.monotonic()
         if LONG_WORK < self.expected <= MOST_WORK:
-            report(f"{name}: about {steps} steps of up to {bits} bits")
+            long = duration(self.expected * OF_WORK)
+            report(f"{name}: about {steps} steps of up to {bits} bits, which may take {long}")
 
     def refusal(self) -> str:
         """The reason for which a proof is not begun; empty where its work is within the bound."""

@@ -19,6 +19,16 @@ from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, Undec
 from rigidpend.routes.certified.sections import POINT_BOX, Numbers, beginning, begun, largest, place
 
 
+def _heavy(text: str) -> Undecided:
+    """Doubt where only body and weight count, however small the sets are."""
+    return Undecided(f"{text}; a smaller mu/h would help")
+
+
+def _no_strip(text: str) -> Undecided:
+    """Doubt on a strip of starts: the image of one is wide where J1 is large, else bent."""
+    return Undecided(f"{text}; a J1_0 of about 1e-9 J2_0 may help")
+
+
 class Middle(NamedTuple):
     """Numbers of C8, balls, and what they say of T1's unstable surface (C9)."""
 
@@ -65,7 +75,7 @@ class Middle(NamedTuple):
         rate = self.growth.saddle * upright - self.coupling()
         found = 2 * self.coupling(aside) / rate
         if not (rate > 0 and found < 1):
-            raise Undecided("C9: the unstable surface is not shown to be a graph")
+            raise _heavy("C9: the unstable surface is not shown to be a graph")
         return found
 
     def slant_at(self, momentum: arb) -> arb:
@@ -90,9 +100,9 @@ class Middle(NamedTuple):
         pushed = self.mu / (2 * self.least * (square - self.small**2).sqrt())
         left = 1 - turned * pushed
         if not left > 0:
-            raise Undecided("C9: the weight is too large beside the energy")
+            raise _heavy("C9: the weight is too large beside the energy")
         if not steep * (1 + 2 * turned * (pushed + 1 / self.growth.weight) / left) < 1:
-            raise Undecided("C9: the unstable surface is not shown to be a graph over gamma3")
+            raise _heavy("C9: the unstable surface is not shown to be a graph over gamma3")
 
 
 def prove_connections(
@@ -123,22 +133,22 @@ def check_middle(numbers: Numbers, small: arb) -> Middle:
     square = (energy - mu - c.kappa * m1 * m1 / 2) / most
     rise = (square - 2 * q * q) / (4 * saddle) - mu
     if not rise > 0:
-        raise Undecided("C8: M3 is not shown to rise beside the sets")
+        raise _heavy("C8: M3 is not shown to rise beside the sets")
     # rho: where |M3| >= m0, D = Qm^2 - Qp^2 grows at the rate 2 rho n^2 or more.
     rate = saddle * m0 - force * lean / m0
     if not rate > 0:
-        raise Undecided("C8: the middle is not shown to be a saddle")
+        raise _heavy("C8: the middle is not shown to be a saddle")
     # The small Q stays below q until |M3| has reached m1.
     time = m1 / rise
     follow = (saddle * m1 * time).exp() * (small + force * time)
     if not follow < q:
-        raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
+        raise _heavy("C8: orbits beside the sets are not shown to follow the separatrix")
     # D* and v': an orbit that leaves the middle has D >= D*, and M3 falls to zero before D halves.
     apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
     fall = apart / (8 * saddle) - mu
     widest = ((energy + mu) / least).sqrt()
     if not (fall > 0 and 4 * force * widest * m0 / fall < apart):
-        raise Undecided("C8: M3 is not shown to fall to zero where it leaves the middle")
+        raise _heavy("C8: M3 is not shown to fall to zero where it leaves the middle")
     thin = numbers.to_M1.min(numbers.to_M2)
     bodily = mu, c.kappa, least, most, lean, thin
     return Middle(growth, small, energy - mu, *bodily, m0, m1, m0 / rise, widest, follow)
@@ -156,11 +166,12 @@ def prove_transversal(
     """
     strip, pieces, start = line
     if numbers.h0 is not None:
-        raise Undecided("C9: the starts are of several energies")
+        raise Undecided("C9: the starts are of several energies; give h in the place of h0")
     middle = prove_connections(numbers, quads, [*arrivals, start])
     with ctx.workprec(ARB_BITS):
-        check_strip(numbers, middle, strip, pieces[0])
+        # The body comes before the strip, which it does not have where it is too heavy.
         middle.check_graph()
+        check_strip(numbers, middle, strip, pieces[0])
         upward = [k for k, quad in enumerate(quads) if quad.rising]
         images = [found for quad, found in zip(quads, arrivals, strict=True) if not quad.rising]
         sheets = [found.box[2] for found in (start, *images)]
@@ -180,7 +191,7 @@ def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: Famil
     if not states[2].range + bounds[0] / middle.growth.upright < -middle.m1:
         raise Undecided("C9: the strip is not shown to be beside the periodic orbit")
     if not middle.share * momentum < (wide := ball_of(strip.wide)):
-        raise Undecided("C9: the unstable surface is not shown to pass between the strip's sides")
+        raise _no_strip("C9: the unstable surface is not shown to pass between the strip's sides")
     # A_u and A_v bound the derivatives of all components but Qm = wide v.
     states[1] = Family.of({}, 0)
     _, by_u, by_v, _ = numbers.norms(states)
@@ -199,7 +210,7 @@ def check_crossings(
         raise Undecided("C9: the sets and images are not shown to be on one sheet of the section")
     ends = [start.g.at("u", side).range for side in (-1, 1)]
     if not any(low < -reach and high > reach for low, high in (ends, ends[::-1])):
-        raise Undecided("C9: the strip's image is not shown to reach as far as all sets and images")
+        raise _no_strip("C9: the strip's image is not shown to reach as far as all sets and images")
     slope = slope_of(start)
     if not (slope > 0 or slope < 0):
         raise Undecided("C9: the surfaces are not shown to cross each other at an angle")

@@ -10,13 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
 from flint import arb, ctx
 
+from rigidpend.machine.workers import note
 from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below
-from rigidpend.routes.certified.passages import Reached, arrival
+from rigidpend.routes.certified.passages import Reached, arrival, first_of
 from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Followed,
@@ -82,14 +84,14 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -
 
 
 def relations_of(
-    source: Source, found: Reached, quads: Sequence[Quad], arrivals: Sequence[Reached]
+    source: Source, found: Reached, quads: Sequence[Quad], begins: Sequence[Sequence[arb]]
 ) -> list[Relation]:
     """C6: check that orbits cover all sets of the section that they cross.
 
-    `arrivals` are the next crossings of each set.
+    `begins` are Q, gamma1 and gamma2 of the polynomials of each set.
     """
     targets = [j for j, quad in enumerate(quads) if quad.side != source.side]
-    return [relation(found, quads[j], arrivals[j].begin, j) for j in targets]
+    return [relation(found, quads[j], begins[j], j) for j in targets]
 
 
 def cone(source: Reached, target: Quad) -> tuple[float, float]:
@@ -113,7 +115,7 @@ def prove_cones(relations: Iterable[Relation]) -> None:
         if not (each.stretch > 1 and each.squeeze < 1):
             raise Undecided(
                 f"C7: the passage to set {each.target} is not shown to stretch along u and to"
-                " shrink along v"
+                " shrink along v; a larger mu/h may help"
             )
 
 
@@ -125,10 +127,17 @@ def prove(
     Returns the next crossings of each set and its relations. Undecided names the first set of
     which something is not shown.
     """
-    arrivals = []
+    begins: list[Sequence[arb]] = []
+    arrivals, relations = list[Reached](), list[list[Relation]]()
     for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
         with _named(f"set {k}"):
+            begins.append(beginning(numbers, quad, first_of(pieces))[0])
+    # The relations of a set before the orbits of the next one, which take nearly all of the time.
+    for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
+        note(partial("polynomials of set {} of 0 to {} are checked".format, k, len(quads) - 1))
+        with _named(f"set {k}"):
             arrivals.append(arrival(numbers, quad, pieces))
+            relations.append(relations_of(quad, arrivals[k], quads, begins))
     letters = [(quad.rising, found.right) for quad, found in zip(quads, arrivals, strict=True)]
     if len(set(letters)) < 4:
         raise Undecided("a section has no sets of both symbols")
@@ -136,10 +145,6 @@ def prove(
         # A point has one symbol: sets of different symbols have no point in common.
         if letters[j] == letters[k]:
             check_apart(quads[j], quads[k], f"sets {j} and {k}")
-    relations = []
-    for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
-        with _named(f"set {k}"):
-            relations.append(relations_of(quad, found, quads, arrivals))
     return arrivals, relations
 
 
@@ -166,7 +171,7 @@ def prove_line(
     symbols, last = prove_chain(numbers, links, of=" of the approach"), links[-1]
     with _named(_link(len(links) - 1, " of the approach")):
         end = arrival(numbers, *last)
-        crossed = relations_of(last[0], end, quads, arrivals)
+        crossed = relations_of(last[0], end, quads, [found.begin for found in arrivals])
     # A line of starts has no symbol.
     return end, crossed, [*symbols, end.right][1:]
 

@@ -68,14 +68,19 @@ class Reached(NamedTuple):
     """The energies, as w."""
 
 
+def first_of(pieces: Sequence[FamilyStep]) -> FamilyStep:
+    """The first step; Undecided where there are none."""
+    if not pieces:
+        raise Undecided("there are no steps")
+    return pieces[0]
+
+
 def arrival(numbers: Numbers, start: Source, pieces: Sequence[FamilyStep]) -> Reached:
     """Check the orbits of a set, or of a line of starts, up to their next crossing (C1 to C5).
 
     Undecided where a hypothesis is not shown; the text begins with its name.
     """
-    if not pieces:
-        raise Undecided("there are no steps")
-    begin, starts = beginning(numbers, start, pieces[0])
+    begin, starts = beginning(numbers, start, first_of(pieces))
     side, signs, time, bounds = start.side, list[int](), arb(0), starts
     for states, half, apart in followed(numbers, pieces, bounds):
         with ctx.workprec(ARB_BITS):

@@ -3,10 +3,12 @@
 The second one shares nothing with the package, and so tells where each limit lies.
 """
 
+import itertools
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from typing import Any
-from unittest.mock import patch
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
@@ -16,11 +18,20 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified import connections, sections
-from rigidpend.routes.certified.pieces import StartLine
+from rigidpend.routes.certified.pieces import StartLine, Undecided
 from scripts import check_connections, check_sections
-from scripts.check_certificate import Interval
+from scripts.check_certificate import Fails, Interval
 from tests.routes.certified import offered
-from tests.routes.certified.offered import GIVEN, WIDE, Stored, agree, problem, same_limit, whole
+from tests.routes.certified.offered import (
+    GIVEN,
+    WIDE,
+    Stored,
+    agree,
+    problem,
+    said,
+    same_limit,
+    whole,
+)
 
 # ---- C8
 
@@ -45,6 +56,36 @@ def test_C8_each_fails_beyond_its_own_weight(
 
 def test_C8_how_far_from_the_separatrix_sets_may_lie(stored: Stored) -> None:
     same_limit("C8: orbits beside", 1e-3, 1.0, lambda d: of_middle(stored.numbers, problem(), d))
+
+
+@pytest.mark.parametrize("mu", [0.01, 0.02, 0.07, 0.3, 30.0])
+def test_C8_and_the_graph_of_C9_hold_of_a_lighter_body(mu: float) -> None:
+    """However heavy it is, and where each of the doubts says that this would help."""
+    weights = itertools.takewhile(lambda x: x > 1e-6, (mu / 4**k for k in itertools.count()))
+    numbers = [of_body(*BODIES[0], weight)[0] for weight in weights]
+    doubts = [
+        said(lambda x=x: connections.check_middle(x, arb(1e-4)).check_graph()) for x in numbers
+    ]
+    assert doubts[0].endswith("; a smaller mu/h would help")
+    assert doubts == sorted(doubts, key=bool, reverse=True)
+    assert doubts[-1] == ""
+
+
+def test_a_body_that_is_too_heavy_is_named_before_the_strip_that_it_lacks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By both, of crossings next to the separatrix."""
+    monkeypatch.setattr(connections, "check_strip", Mock(side_effect=Undecided("no strip")))
+    monkeypatch.setattr(check_connections, "check_strip", Mock(side_effect=Fails("no strip")))
+    mine, theirs = offered.arrived([offered.constant(1e-4), offered.constant(0)], [arb(1)] * 3)
+    nothing: Any = None
+    for mu, words in ((1e-3, "no strip"), (6e-3, "C9: the unstable surface is not shown to be a")):
+        numbers, p = of_body(*BODIES[0], mu)
+        agree(
+            words,
+            partial(connections.prove_transversal, numbers, (nothing, [nothing], mine), [], []),
+            partial(check_connections.check_transversal, p, (nothing, nothing, theirs), [], []),
+        )
 
 
 def of_body(A: Any, r: Any, weight: float) -> tuple[sections.Numbers, check_sections.Problem]:
@@ -190,7 +231,9 @@ def test_C9_a_line_alone_is_no_strip(stored: Stored, side: int) -> None:
     terms = [
         {at: w * side ** at[2] for at, w in each.items() if side ** at[2]} for each in first.terms
     ]
-    agree("pass between", *of_strip(stored, line, first._replace(terms=terms)))
+    checks = of_strip(stored, line, first._replace(terms=terms))
+    agree("pass between", *checks)
+    assert said(checks[0]).endswith("; a J1_0 of about 1e-9 J2_0 may help")
 
 
 STRIP, IMAGE = (2e-4, 1e-5, 0.5, 0.02), (3e-4, 2e-5, 0.25, 0.01)
@@ -239,6 +282,9 @@ def test_C9_images_cross_at_an_angle(changed: dict[str, Any], words: str) -> Non
     sheets, reach = given["sheets"], given["reach"]
     own = mine[0], arb(reach), [arb(x) for x in sheets], mine[1:]
     exactly = [Interval.of(Fraction(x)) for x in sheets]
+    assert ("; a J1_0 of about 1e-9 J2_0" in said(connections.check_crossings, *own)) == (
+        words == "reach as far"
+    )
     agree(
         words,
         lambda: connections.check_crossings(*own),

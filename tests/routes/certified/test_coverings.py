@@ -162,6 +162,8 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
         lambda: coverings.prove_cones([held, one, held]),
         lambda: check_coverings.check_cone(other, quad_of(quad)),
     )
+    if reason:
+        assert said(coverings.prove_cones, [one]).endswith("; a larger mu/h may help")
 
 
 @pytest.fixture
@@ -372,11 +374,15 @@ def test_the_stored_proof_holds_in_both_checkers(
     code, text = by_script(CONFIG)
     doubts = "set 0: C7: not shown", "C8: not shown", "set 0: C7: not shown"
     assert text.endswith("".join(f"; undecided: {doubt}" for doubt in doubts) + "\n")
-    # A relation that fails is named with its set.
+    # A relation that fails is named with its set, and no orbits of another one are followed.
     quads = stored.quads
     shifted = [*quads[:2], quads[2]._replace(p=((2 * quads[2].a, *quads[2].p[0][1:]),)), quads[3]]
+    monkeypatch.setattr(
+        coverings, "arrival", asked := Mock(side_effect=stored.followed(stored.arrivals))
+    )
     doubt = said(coverings.prove, stored.numbers, shifted, stored.orbits[:4])
     assert doubt.startswith("set 0: C6: ")
+    assert asked.call_count == 1
 
 
 @pytest.mark.slow

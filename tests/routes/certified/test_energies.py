@@ -353,3 +353,13 @@ def test_phases_are_rounded_outward_in_words() -> None:
             assert Fraction(said[4]) - Fraction(said[2]) <= Fraction(1, 10**9)
             again = check_sections.words_on_phases(Interval.of(Fraction(low))).split()
             assert again[1::2] == said[2::2]
+
+
+def test_a_config_of_both_energies_is_refused_by_the_second_checker_too() -> None:
+    """Also where one of them is that of the proof; the package's schema refuses both."""
+    found = check_full_shift.read(offered.STORED)
+    problem = found.config["problem"]
+    assert check_full_shift.energies_of(found) == {"shift": 0, "spread": 0}
+    problem["h0"] = problem["h"]
+    with pytest.raises(Refused, match="both h and h0"):
+        check_full_shift.energies_of(found)

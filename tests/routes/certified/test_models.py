@@ -126,6 +126,24 @@ def test_common_factors_of_coefficients_are_in_products(signs: tuple[int, int]) 
     assert (a * b).doubled == a.doubled * b.doubled
 
 
+@pytest.mark.parametrize("bits", [(60, 60), (61, 62), (62, 200), (130, 90)])
+def test_coefficients_of_all_sizes_and_signs_are_in_products(bits: tuple[int, int]) -> None:
+    """Those of one word, at both limits, of more, and of less beside them."""
+    drawn = random.Random(bits[0])
+    a, b = (
+        Family.of(
+            {
+                (j, k, 0): drawn.choice((-1, 1)) * (2**n - drawn.choice((0, 1, 99))) >> 9 * (j + k)
+                for j in range(12)
+                for k in range(6)
+            },
+            UNIT + 100,
+        )
+        for n in bits
+    )
+    assert (a * b).doubled == a.doubled * b.doubled
+
+
 @pytest.mark.parametrize(("first", "size"), [(1, 1), (2, 1), (5, 4), (0, 3)])
 def test_the_series_in_the_middle_is_within_its_error_of_all_others(first: int, size: int) -> None:
     """At u = v = 1, where all terms beside it add up; to a unit."""
