@@ -91,8 +91,7 @@ def _draw_error(axes: Axes, data: Data) -> str:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     resolved, title = bodies["resolved"], r"error: $O(\mu)$, of the $\cos g$ part $O(\mu^2)$"
     if not resolved.any():
-        axes.text(0.5, 0.5, "no distance is resolved", ha="center", transform=axes.transAxes)
-        axes.set(xticks=[], yticks=[])
+        plots.say_nothing_found(axes, "no distance is resolved")
         return title
     chosen = dict(zip(_chosen(data), CHOSEN, strict=False))
     for values, place, said, kind in (
