@@ -108,13 +108,15 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     # A config may have 26 bodies, more than there are looks: these come again.
     for one, look in zip(values, cycle(BODIES), strict=False):
         axes.loglog(ratios, one, **look)
-    known = np.flatnonzero(np.isfinite(values).any(axis=0))
-    if not known.size:
+    found = np.isfinite(values)
+    if not found.any():
         plots.say_nothing_found(axes, "no orbits are found")
         return
-    low, high = ratios[0], ratios[known[-1]]
-    # The guide line is above the curves: only its slope has a meaning.
-    guide = 4 * np.nanmax(values[:, known[-1]]) * (np.array([low, high]) / high) ** slope
+    low, high = ratios[0], ratios[found.any(axis=0)][-1]
+    # The guide line is above the ends of the curves: only its slope has a meaning.
+    ends = [(ratios[k][-1], one[k][-1]) for one, k in zip(values, found, strict=True) if k.any()]
+    guide = 4 * max(y * (high / x) ** slope for x, y in ends)
+    guide = guide * (np.array([low, high]) / high) ** slope
     axes.plot([low, high], guide, color="black", lw=0.7)
     # Over few weights the guide passes there, and the words interrupt it.
     around: Any = {"facecolor": "white", "edgecolor": "none", "pad": 1}
