@@ -133,6 +133,12 @@ def arrow(axes: Axes, start: Any, end: Any, **look: Any) -> Annotation:
     return axes.annotate("", end, start, arrowprops=look, annotation_clip=False)
 
 
+def say_nothing_found(axes: Axes, said: str) -> None:
+    """Say in the middle of a panel that it has nothing to show; without data ticks are invented."""
+    axes.text(0.5, 0.5, said, ha="center", transform=axes.transAxes)
+    axes.set(xticks=[], yticks=[])
+
+
 def legend_above(axes: Axes, handles: list[Any], ncols: int) -> None:
     """Put a legend on the upper right edge of a panel, beside its title."""
     look: dict[str, Any] = {"ncols": ncols, "fontsize": 7.5, "borderaxespad": 0.1}

@@ -53,7 +53,7 @@ def expected_seconds(
     """Expected seconds of a core for so many orbits of one body.
 
     Where maps would be chosen, the estimate is theirs and includes the tables, as if none were
-    kept; otherwise it is that of integration.
+    kept, and the samples that are integrated too; otherwise it is that of integration.
     """
     if costs.at_stake(problem, orbits, precisions):
         from rigidpend.routes.mapped import expected_tables
@@ -61,7 +61,11 @@ def expected_seconds(
         budget = costs.budget(problem, orbits, precisions)
         tables = expected_tables(problem, orbits, budget, precisions)
         if tables < math.inf:
-            return tables + orbits * costs.by_maps(problem, precisions)
+            samples = sum(
+                min(orbits, size) * costs.integration(problem, precisions[:most])
+                for size, most in ((SAMPLE, 1), (LEAST_SAMPLE, 2))
+            )
+            return tables + samples + orbits * costs.by_maps(problem, precisions)
     return orbits * costs.integration(problem, precisions)
 
 

@@ -26,13 +26,29 @@ def data() -> Any:
     return found
 
 
-def test_a_bound_on_half_rotations_that_no_orbit_keeps_is_said() -> None:
-    given = asked("asymptotic_orbits", *SMALL, "problem.A=[3,1.9,2.2]", "problem.mu=0.0023")
-    with pytest.raises(NoOrbit, match=r"half_turns = 10 half rotations; they take 19 or more"):
-        computed(given)
-    # With the body of Fig. 4 orbits with two symbols have, and none with one.
-    with pytest.raises(NoOrbit, match=r"no orbit with 1 symbol has only .* = 9 half rotations:"):
-        computed(asked("asymptotic_orbits", *SMALL, "problem.half_turns=9"))
+@pytest.mark.parametrize(
+    ("body", "too_few"),
+    [
+        # With 9 some orbits of two symbols are found, and none of one.
+        ((), 1),
+        (("problem.A=[3,1.9,2.2]", "problem.mu=0.0023", "problem.symbols=1"), 10),
+    ],
+)
+def test_half_rotations_that_are_too_few_are_refused_with_the_least_number_that_suffices(
+    body: tuple[str, ...], too_few: int
+) -> None:
+    def found(half_turns: int) -> Any:
+        given = *SMALL, *body, "problem.drawn=0", f"problem.half_turns={half_turns}"
+        return computed(asked("asymptotic_orbits", *given))
+
+    said = rf"no orbit with 1 symbol has only .* = {too_few} half rotations: allow (\d+), or fewer"
+    with pytest.raises(NoOrbit, match=said) as refused:
+        found(too_few)
+    least = int(re.findall(r"allow (\d+)", str(refused.value))[0])
+    assert least > too_few
+    assert all(len(orbits["theta2_0"]) for orbits in found(least)["orbits"].values())
+    with pytest.raises(NoOrbit, match=f"allow {least}, or fewer symbols"):
+        found(least - 1)
 
 
 def test_all_is_as_it_is_stored_but_the_plane(data: Any) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -9,9 +10,9 @@ import pytest
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
 from rigidpend.routes.symbolic import NoOrbit
-from rigidpend.routes.symbolic.closed import closed, closed_orbit, closing
+from rigidpend.routes.symbolic.closed import closed, closing
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
-from tests.routes.symbolic.fig4 import BODY
+from tests.routes.symbolic.fig4 import level
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 
@@ -61,7 +62,31 @@ def test_passages_too_long_for_doubles_are_refused_with_how_long_they_may_be(
     orbits = computed(asked("closed_orbits", *short, f"problem.half_turns={most}"))["orbits"]
     assert orbits["alone"].max() < 1e-3
     with pytest.raises(NoOrbit, match="takes so long"):
-        closing(closed_orbit(BODY, "0", h="1.3342", half_turns=most + 4))
+        closing(closed(level(), (0,), most + 4))
+
+
+def test_a_word_that_cannot_be_verified_is_refused_before_a_longer_one_is_sought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And before any orbit is integrated."""
+    sought = list[int]()
+
+    def noted(level: Any, word: tuple[int, ...], half_turns: int) -> Any:
+        sought.append(len(word))
+        return closed(level, word, half_turns)
+
+    monkeypatch.setattr(closed_orbits, "closed", noted)
+    monkeypatch.setattr(closed_orbits, "closing", Mock(side_effect=AssertionError))
+    long = "problem.half_turns=28", "problem.longest=5", "problem.verified=5"
+    with pytest.raises(NoOrbit, match="which verifies nothing: verify shorter words"):
+        computed(asked("closed_orbits", *SMALL, *long))
+    assert max(sought) == 3
+    # Not verified, they are found.
+    sought.clear()
+    monkeypatch.setattr(closed_orbits, "passages", Mock(side_effect=KeyError))
+    with pytest.raises(KeyError):
+        computed(asked("closed_orbits", *SMALL, *long, "problem.verified=0"))
+    assert max(sought) == 5
 
 
 def test_an_orbit_that_integration_leaves_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:

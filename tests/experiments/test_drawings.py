@@ -294,6 +294,25 @@ def test_a_hodograph_is_drawn_in_one_scale_unless_it_is_flat(flatter: float, asp
     assert [axes.get_aspect() for axes in figure.axes] == ["auto", aspect] * 2
 
 
+@pytest.mark.parametrize(
+    ("nu", "said"),
+    [
+        ([4.44, 4.44, 4.45, 4.43, 7, 8, 9, 10, 11.3, 19.3], "c, a, 4, b"),
+        ([4.44] * 5 + [9, 10, 11, 12, 19.3], "a \N{HORIZONTAL ELLIPSIS} d"),
+        ([0.4, 0.5, 0.6, 3, 5, 6, 8, 10, 12, 19.3], "a, 4, b"),
+    ],
+)
+def test_bodies_of_nearly_equal_nu_share_a_label(nu: list[float], said: str) -> None:
+    def change(data: Any) -> None:
+        data["bodies"]["nu"] = np.array(nu)
+        data["bodies"]["reduced"] = np.tile((nu / np.sinh(nu))[:, None], 9)
+
+    axes = laid_out(drawn_with("splitting", change)).axes[2]
+    names = [text for text in axes.texts if text.get_text()]
+    assert said in [text.get_text() for text in names]
+    assert not overlap(text.get_window_extent() for text in names)
+
+
 def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
     def change(data: Any) -> None:
         data["bodies"] = {"a": data["bodies"]["a"]}

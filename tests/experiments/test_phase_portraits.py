@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.experiments.pages import laid_out, styled
+from tests.experiments.pages import laid_out, overlap, styled
 from tests.experiments.trees import asked, computed, differences, unlike_stored
 
 
@@ -47,6 +47,19 @@ def test_names_of_the_axes_are_beside_the_sphere_from_wherever_it_is_seen(
         box = text.get_window_extent()
         assert panel.x0 <= box.x0 < box.x1 <= panel.x1
         assert panel.y0 <= box.y0 < box.y1 <= panel.y1
+
+
+@pytest.mark.parametrize("azimuth", ["0", "0.62", "1.24", "2.48"])
+@pytest.mark.parametrize("elevation", ["-1", "0", "1"])
+def test_no_number_of_a_separatrix_is_upon_another_or_the_name_of_an_axis(
+    azimuth: str, elevation: str
+) -> None:
+    view = f"problem.view={{azimuth: {azimuth}, elevation: {elevation}}}"
+    told, data = {"experiment": "phase_portraits"}, computed(asked("fig1", view))
+    sphere, _ = laid_out(styled({"attributes": told, "data": data})).axes
+    said = [text for text in sphere.texts if text.get_text()]
+    assert len(said) == 7
+    assert not overlap(text.get_window_extent() for text in said)
 
 
 def test_the_sphere_is_round_where_orbits_have_few_points() -> None:

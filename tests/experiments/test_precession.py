@@ -1,5 +1,6 @@
 """The experiment `precession`: orders of the regimes, slopes, and results told apart."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from rigidpend.experiments.precession import SLOPE
 from rigidpend.experiments.precession.compute import in_order, uncertainty
 from rigidpend.experiments.precession.draw import draw, tables
 from rigidpend.surfaces.heteroclinic import Increments
-from tests.experiments.trees import asked, computed, unlike_stored
+from tests.experiments.trees import asked, computed, differences, unlike_stored
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
 HEAVY = "problem.mu=[0.6, 0.7]", "problem.drawn=0.6"
@@ -56,10 +57,44 @@ def test_slopes_are_those_of_remainders_that_are_known_to_so_many_digits(
     assert bodies["mean_slope"][0, 0] == pytest.approx(expected, abs=SLOPE, nan_ok=True)
 
 
-def test_a_body_without_such_orbits_is_named() -> None:
-    config = asked("precession", "problem.bodies={x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}}", *HEAVY)
-    with pytest.raises(ArithmeticError, match=r"body x, mu = 0\.6: no orbit of S1- was found .*;"):
-        computed(config, [])
+def test_weights_without_such_orbits_are_named_and_crossed_out_and_the_others_computed() -> None:
+    given = (
+        "problem.bodies={x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}, y: {A: [2, 1, 1.5], r: [2, 1, 0]}}",
+        "problem.mu=[0.001, 0.01, 0.6]",
+    )
+    said = list[str]()
+    data = computed(asked("precession", *given, "problem.drawn=0.6"), report=said.append)
+    assert said[0].startswith("body x, mu = 0.6: no orbit of S1- was found ")
+    assert said[0].endswith("; take less weight")
+    bodies = data["bodies"]
+    lost = [[False, False, True], [False] * 3]
+    for name in ("gained", "error", "remainder", "mean_remainder"):
+        values = bodies[name].reshape(2, 3, -1)
+        assert (np.isnan(values) == np.array(lost)[..., None]).all(), name
+    assert not bodies["ordered"][0, 2]
+    np.testing.assert_allclose(bodies["slope"], 2, atol=0.05)
+    assert differences("precession", data, copy.deepcopy(data)) == []
+    loaded: Any = {"data": data}
+    orders, *remainders = draw(loaded).axes
+    crosses = [text for text in orders.texts if text.get_text() == "\N{MULTIPLICATION SIGN}"]
+    assert [cross.get_position() for cross in crosses] == [(0, 0)]
+    # The guide is above the last remainder of each body.
+    for axes in remainders:
+        one, other, guide = (np.log(np.array(line.get_xydata())) for line in axes.lines[:3])
+        for at, rest in (one[1], other[2]):
+            assert np.interp(at, *guide.T) > rest + 1
+    increments, slopes = tables(loaded)
+    assert [row[1].startswith("not found (") for row in increments.rows] == [True, False]
+    assert slopes.note.endswith(" of 5 cases of body and mu; in 1 no orbits were found.")
+
+
+def test_a_figure_of_weights_without_any_such_orbits_says_so() -> None:
+    body = "problem.bodies={x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}}"
+    loaded: Any = {"data": computed(asked("precession", body, *HEAVY))}
+    _, *remainders = draw(loaded).axes
+    for axes in remainders:
+        assert [text.get_text() for text in axes.texts] == ["no orbits are found"]
+    assert tables(loaded)[1].rows[0][2:] == ("not fitted", "not fitted")
 
 
 def test_the_largest_error_of_the_quadrature_counts() -> None:

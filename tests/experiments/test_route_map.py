@@ -228,38 +228,54 @@ def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("pair", "arrays", "mu", "begun", "actions"),
+    ("pair", "arrays", "weights", "begun", "actions"),
     [
-        (PAIRS[0], 4, 0.0015, route_map.BEGUN + route_map.OWN_BODY, 3),
-        (PAIRS[1], 3, 0.0015, route_map.BEGUN + route_map.OWN_BODY, 4),
-        (PAIRS[2], 1, 0.001, 0, 3),
-        (PAIRS[3], 3, 0.001, route_map.BEGUN, 0),
+        (PAIRS[0], 4, [1125, 1375, 1625, 1875], route_map.BEGUN + route_map.OWN_BODY, 3),
+        (PAIRS[1], 3, [1167, 1500, 1833], route_map.BEGUN + route_map.OWN_BODY, 4),
+        (PAIRS[2], 1, [1000], 0, 3),
+        (PAIRS[3], 3, [1000] * 3, route_map.BEGUN, 0),
     ],
 )
 @pytest.mark.parametrize("many", [False, True])
-def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_one(
+def test_a_plane_costs_an_array_of_orbits_for_each_body(
     monkeypatch: pytest.MonkeyPatch,
     pair: tuple[str, str],
     arrays: int,
-    mu: float,
+    weights: list[int],
     begun: float,
     actions: int,
     many: bool,
 ) -> None:
-    """In the precisions of the config, and what each body, energy or action takes before orbits.
+    """Each as its own, in the precisions of the config, with what precedes orbits.
 
     Of many orbits maps place the actions at no cost.
     """
-    seconds = Mock(return_value=7.0)
+    seconds = Mock(side_effect=lambda one, *_: 7000 * float(one.body.mu))
     monkeypatch.setattr(choice, "expected_seconds", seconds)
     monkeypatch.setattr(costs, "at_stake", lambda *_: many)
     given = over(*pair)
     begun += 0 if many else actions * route_map.OWN_ACTION
-    assert route_map.cost(given) == pytest.approx((7 + begun) * arrays)
-    [((one, orbits, precisions), _)] = seconds.call_args_list
-    assert precisions == given.numerics.precisions
-    assert float(one.body.mu) == pytest.approx(mu)
-    assert orbits == 12 // arrays
+    expected = 7e-3 * sum(weights) + begun * arrays
+    assert route_map.cost(given) == pytest.approx(expected, rel=1e-3)
+    bodies, *others = zip(*(call.args for call in seconds.call_args_list), strict=True)
+    assert [round(1e6 * float(one.body.mu)) for one in bodies] == weights
+    assert others == [(12 // arrays,) * arrays, (given.numerics.precisions,) * arrays]
+
+
+def test_many_bodies_cost_as_some_of_them_do_from_end_to_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And a zoom as the bodies of its own rows."""
+    seconds = Mock(return_value=1.0)
+    monkeypatch.setattr(choice, "expected_seconds", seconds)
+    rows = "problem.rows={axis: mu, ends: [0, 0.016], count: 160}"
+    zooms = "problem.zooms={low: {theta2_0: [0, 1], rows: [0, 0.0016]}}"
+    cost = route_map.cost(content(rows, zooms, "problem.theta2_0.count=8"))
+    assert 320 < cost < 323
+    weights = [float(call.args[0].body.mu) for call in seconds.call_args_list]
+    assert weights == pytest.approx(
+        [width * (10.5 + 20 * k) for width in (1e-4, 1e-5) for k in range(8)]
+    )
 
 
 def test_a_run_says_of_how_many_cells_orbits_do_not_return() -> None:

@@ -25,7 +25,12 @@ from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import samples
 from rigidpend.routes.problem import passage_rotations, rotation_period
-from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
+from rigidpend.routes.symbolic.asymptotic import (
+    DoublyAsymptotic,
+    doubly_asymptotic,
+    least_half_turns,
+    skeleton,
+)
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import ChainLevel, displacement
 from rigidpend.routes.symbolic.sharp import Launch, integration_bits, sharp
@@ -58,8 +63,9 @@ def compute(config: Config, means: Means) -> Tree:
     for n, (rough, arcs) in enumerate(skeleton(level, problem.symbols, problem.half_turns)):
         if not rough.b.size:
             said = f"passages of at most half_turns = {problem.half_turns} half rotations"
+            least = least_half_turns(level, problem.symbols, problem.half_turns)
             raise NoOrbit(
-                f"no orbit with {counted(n, 'symbol')} has only {said}: allow more,"
+                f"no orbit with {counted(n, 'symbol')} has only {said}: allow {least or 'more'},"
                 " or fewer symbols"
             )
         name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))

@@ -21,7 +21,15 @@ from rigidpend.routes.symbolic.chain import (
     passages,
     signs_of,
 )
-from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
+from rigidpend.routes.symbolic.closed import (
+    ClosedOrbit,
+    actions,
+    closed,
+    closing,
+    lyapunov,
+    roundings,
+    words,
+)
 from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.shortest import chain_through
 from rigidpend.routes.symbolic.stretching import stretching
@@ -39,9 +47,7 @@ def compute(config: Config, means: Means) -> Tree:
     """Find and verify the closed orbits of all words."""
     problem = config.problem
     level = ChainLevel.of(problem.body, problem.h)
-    found = [_closed(level, word, problem.half_turns) for word in words(problem.longest)]
-    for orbit in found:
-        check_told(orbit.chain)
+    found = [_closed(level, word, problem) for word in words(problem.longest)]
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
     return {
         "orbits": _orbits(problem, found),
@@ -50,13 +56,18 @@ def compute(config: Config, means: Means) -> Tree:
     }
 
 
-def _closed(level: ChainLevel, word: tuple[int, ...], half_turns: int) -> ClosedOrbit:
-    """The orbit of a word; NoOrbit says which one is not found."""
+def _closed(level: ChainLevel, word: tuple[int, ...], problem: Problem) -> ClosedOrbit:
+    """The orbit of a word; NoOrbit says which one is not found, or cannot be verified."""
     try:
-        return closed(level, word, half_turns)
+        orbit = closed(level, word, problem.half_turns)
     except (NoOrbit, OverflowError) as error:
-        named = "".join(map(str, word))
-        raise NoOrbit(f"no orbit of {named} with half_turns = {half_turns}: {error}") from None
+        said = f"no orbit of {''.join(map(str, word))} with half_turns = {problem.half_turns}"
+        raise NoOrbit(f"{said}: {error}") from None
+    # Said before any longer word is sought, and before any integration.
+    check_told(orbit.chain)
+    if len(word) <= problem.verified:
+        roundings(orbit)
+    return orbit
 
 
 def cost(config: Config) -> float:

@@ -76,6 +76,9 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.plot(*data["sphere"]["outline"], color="0.35", lw=0.8, zorder=3)
+    feet, tips = (data["sphere"][f"axis_{end}"][:2] for end in ("feet", "tips"))
+    # The middles of what is written: of the axes' names, then of the numbers too.
+    written = list((tips + NAME / 2 * np.where(tips > feet, 1, -1)).T)
     for curve in all_curves(data):
         x, y, _ = curve.projected
         look, seen = curve.look, curve.visible
@@ -84,25 +87,31 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
         axes.plot(np.where(seen, x, np.nan), y, **look, zorder=4)
         _draw_arrows(axes, x, y, curve.arrows[seen[curve.arrows]], look)
         if curve.number:
-            _name_separatrix(axes, curve)
+            written.append(_name_separatrix(axes, curve, written))
     _draw_centres(axes, data["centres"])
     _draw_axes(axes, data["sphere"])
     # Room for the sphere, and beyond each axis for its name.
-    tips = data["sphere"]["axis_tips"][:2]
     low = np.minimum((-1.12, -1.05), tips.min(axis=1) - NAME)
     high = np.maximum((1.5, 1.52), tips.max(axis=1) + NAME)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
-def _name_separatrix(axes: Axes, curve: Curve) -> None:
-    """Write the number of a separatrix at its middle, in the pale colour if that is hidden."""
-    middle = len(curve.visible) // 2
-    seen, (x, y, _) = curve.visible[middle], curve.projected[:, middle]
+def _name_separatrix(axes: Axes, curve: Curve, written: list[Any]) -> Any:
+    """Write the number of a separatrix near its middle, apart from what is `written`; its place.
+
+    The colour is pale if that place is hidden.
+    """
+    off = np.abs(curve.projected[:2, :, None] - np.transpose(written)[:, None])
+    near, k = (off.max(axis=0) < NAME).any(axis=1), np.arange(len(curve.visible))
+    # Of places that are apart, or of all if none is, the one nearest to the middle.
+    at = int(np.argmin(np.abs(k - len(k) // 2) + len(k) * near))
+    seen, (x, y, _) = curve.visible[at], curve.projected[:, at]
     own = curve.look["color"]
     colour, order = (own, 5) if seen else (PALE[own], 2.5)
     ring = {"boxstyle": "circle,pad=0.1", "fc": "white", "lw": 0}
     text = axes.text(x, y, str(curve.number), color=colour, ha="center", va="center", zorder=order)
     text.set(weight="bold", bbox=ring)
+    return x, y
 
 
 def _draw_centres(axes: Axes, centres: Any) -> None:

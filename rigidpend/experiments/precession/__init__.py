@@ -31,6 +31,7 @@ def _increments(name: str, stored: Data, fresh: Data) -> Any:
 
 _angle = partial(double, "rad", dimensions=("bodies",))
 _each, _separatrices = (partial(double, "rad", dimensions=sizes) for sizes in (EACH, (*EACH, 4)))
+_found = partial(_separatrices, gaps=True, within=_increments)
 _slope = partial(double, "1", dimensions=("bodies", 4), gaps=True, within=SLOPE)
 
 # The dimension of 4 stands for the separatrices 1, 2, 3, 4.
@@ -50,18 +51,16 @@ BODIES = {
         *EACH,
         2,
         4,
+        gaps=True,
         within=_increments,
     ),
     "error": _each(
-        "(bodies, mu): what is uncertain of the increments",
+        "(bodies, mu): what is uncertain of the increments; NaN where no such orbits were found",
+        gaps=True,
         within=stated(relative(DECLARED, to="unit")),
     ),
-    "remainder": _separatrices(
-        "(bodies, mu, separatrices): largest |gained - first_order|", within=_increments
-    ),
-    "mean_remainder": _separatrices(
-        "(bodies, mu, separatrices): |mean of the two orbits - first_order|", within=_increments
-    ),
+    "remainder": _found("(bodies, mu, separatrices): largest |gained - first_order|"),
+    "mean_remainder": _found("(bodies, mu, separatrices): |mean of the two orbits - first_order|"),
     "slope": _slope(
         "(bodies, separatrices): of remainder in mu, both logarithmic, mu <= 0.01 h0; NaN where it"
         " is rounding for all weights but one"

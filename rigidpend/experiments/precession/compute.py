@@ -82,12 +82,12 @@ def _body(config: Config, name: str, means: Means) -> Tree:
 
 
 def _increments(name: str, body: Body, h0: Exact, means: Means) -> heteroclinic.Increments:
-    """Increments of a body at one mu; ArithmeticError, naming the body, if they cannot be found."""
+    """Increments of a body at one mu; NaN, with the reason reported, if they cannot be found."""
     try:
         return heteroclinic.increments(body, h0, means.arithmetic)
     except ArithmeticError as error:
-        said = f"body {name}, mu = {body.mu}: {error}; take less weight"
-        raise ArithmeticError(said) from None
+        means.report(f"body {name}, mu = {body.mu}: {error}; take less weight")
+        return heteroclinic.Increments(*np.full((2, 2, 4), np.nan))
 
 
 def uncertainty(found: heteroclinic.Increments, unit: float, nu: float) -> float:

@@ -67,6 +67,8 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     first = bodies["first_order"][:, drawn] / unit[:, None]
     gained = bodies["gained"][:, drawn] / unit[:, None, None]
     for row in range(len(unit)):
+        if np.isnan(gained[row]).any():
+            axes.text(row, 0, "\N{MULTIPLICATION SIGN}", ha="center", va="center", fontsize=30)
         axes.hlines(first[row], row - 0.36, row + 0.36, color="0.75", lw=0.8, zorder=0)
         for k, (colour, marker) in enumerate(zip(plots.SEPARATRIX.values(), MARKERS, strict=True)):
             x, y = row + 0.18 * (k - 1.5), first[row, k]
@@ -106,9 +108,15 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     # A config may have 26 bodies, more than there are looks: these come again.
     for one, look in zip(values, cycle(BODIES), strict=False):
         axes.loglog(ratios, one, **look)
-    low, high = ratios[0], ratios[-1]
-    # The guide line is above the curves: only its slope has a meaning.
-    guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
+    found = np.isfinite(values)
+    if not found.any():
+        plots.say_nothing_found(axes, "no orbits are found")
+        return
+    low, high = ratios[0], ratios[found.any(axis=0)][-1]
+    # The guide line is above the ends of the curves: only its slope has a meaning.
+    ends = [(ratios[k][-1], one[k][-1]) for one, k in zip(values, found, strict=True) if k.any()]
+    guide = 4 * max(y * (high / x) ** slope for x, y in ends)
+    guide = guide * (np.array([low, high]) / high) ** slope
     axes.plot([low, high], guide, color="black", lw=0.7)
     # Over few weights the guide passes there, and the words interrupt it.
     around: Any = {"facecolor": "white", "edgecolor": "none", "pad": 1}
@@ -116,7 +124,9 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     plots.logarithmic_ticks(axes, ratios)
     axes.set_xlabel(plots.axis_label(MU_OVER_H0))
     # The curves of bodies whose increment is zero show rounding only.
-    gone = (np.abs(bodies["first_order"][..., separatrix]) <= bodies["error"]).all(axis=1)
+    found = np.isfinite(bodies["error"])
+    gone = (np.abs(bodies["first_order"][..., separatrix]) <= bodies["error"]) | ~found
+    gone = gone.all(axis=1) & found.any(axis=1)
     if gone.any():
         names = ", ".join(bodies["name"][gone])
         said = f"{names}) no increment: rounding"
@@ -126,7 +136,8 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
 CAPTION = (
     "The gain of theta3 along a separatrix (filled marks) is close to the first order (tri1) (open"
     " marks), which has the order of (trieq), if the weight is small. What the first order leaves"
-    " out falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
+    " out falls as mu^2 along each orbit, and as mu^3 in the mean of the two. A body on which the"
+    " weight acts so strongly that no such orbits were found is crossed out."
 )
 
 
@@ -138,8 +149,14 @@ def tables(result: Loaded) -> list[Table]:
     # Adding 0.0 removes the sign of a negative zero.
     gained = bodies["gained"].mean(axis=2)[:, drawn].T + 0.0
     pairs = list(zip(gained, bodies["first_order"][:, drawn].T + 0.0, strict=True))
-    both = [[f"{x:.6f} ({y:.6f})" for x, y in zip(*pair, strict=True)] for pair in pairs]
-    ordered = np.count_nonzero(bodies["ordered"]), bodies["ordered"].size
+    both = [
+        [
+            f"{'not found' if np.isnan(x) else f'{x:.6f}'} ({y:.6f})"
+            for x, y in zip(*pair, strict=True)
+        ]
+        for pair in pairs
+    ]
+    ordered = np.count_nonzero(bodies["ordered"]), np.count_nonzero(np.isfinite(bodies["error"]))
     return [
         Table.of(
             f"Increments of theta3 in radians at mu = {float(data['mu_over_h0'][drawn]):g} h0,"
@@ -154,7 +171,8 @@ def tables(result: Loaded) -> list[Table]:
                 Column("of an orbit", map(_range, bodies["slope"])),
                 Column("of the mean", map(_range, bodies["mean_slope"])),
             ],
-            f"The order is that of (trieq) in {ordered[0]} of {ordered[1]} cases of body and mu.",
+            f"The order is that of (trieq) in {ordered[0]} of {ordered[1]} cases of body and"
+            f" mu; in {bodies['error'].size - ordered[1]} no orbits were found.",
         ),
     ]
 

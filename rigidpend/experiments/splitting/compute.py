@@ -17,7 +17,15 @@ from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.melnikov import decay
-from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
+from rigidpend.surfaces.splitting import (
+    FEWEST,
+    SURE,
+    WORST,
+    SurfaceSplitting,
+    amplitude,
+    distance,
+    measure,
+)
 
 BEGIN, ORBIT, FURTHER, ORBITS = 0.2, {53: 2e-4, 106: 3.5e-3}, 0.1, 1200
 """Seconds of any run, seconds of an orbit by its bits and with more, orbits per mu/h0.
@@ -50,19 +58,22 @@ def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores.
 
     Numbers resolve a distance as long as their rounding is below the admitted error; a large nu
-    makes the distance small beside it. A larger weight takes more orbits for a curve. What no
-    precision resolves is tried in the first alone.
+    makes the distance small beside it. A larger weight takes more orbits for a curve. What the
+    first precision does not resolve is tried in each further one that may (`measure`).
     """
     problem, ratio = config.problem, mu_over_h0(config.problem)
     orbits = FEWEST + ORBITS * ratio
-    seconds = BEGIN
+    first, seconds = config.numerics.precisions[0], BEGIN
     for shape in problem.bodies.values():
-        nu = shape.body.nu
-        each = orbits * ORBIT[53]
-        for bits in sorted(config.numerics.precisions, reverse=True):
-            told = DEFAULT_TOLERANCE["taylor"] * 2.0 ** (53 - bits) < decay(nu) * admitted(ratio)
-            each[told] = (orbits + nu * (bits > 53))[told] * ORBIT.get(bits, FURTHER)
-        seconds += float(each.sum())
+        nu, open_ = shape.body.nu, ratio > 0
+        least = decay(nu) * admitted(ratio)
+        for bits in config.numerics.precisions:
+            noise = DEFAULT_TOLERANCE["taylor"] * 2.0 ** (53 - bits)
+            tried = open_ & ((noise <= WORST * least) | (bits == first))
+            # Doubles double the number as long as nothing is told.
+            taken = orbits + nu if bits > 53 else np.where(noise < least, orbits, 2 * SURE)
+            seconds += float(taken[tried].sum()) * ORBIT.get(bits, FURTHER)
+            open_ &= noise >= least
     return seconds
 
 

@@ -36,6 +36,8 @@ COSINE: dict[str, Any] = {"fillstyle": "none", "ls": (0, (4, 1.5))}
 """Look of the errors of the cosine, beside those of the whole curve."""
 BITS = {53: "#FFFFFF", 64: "#DCEEF8", 106: "#9DCFEB", 113: "#5FB0E0"}
 """Colour of a cell of the table, by the precision that decided."""
+PANEL, LETTER, LINE, MOST_NAMES = (210.0, 158.0), 4.4, 8.0, 4
+"""Width and height of a panel, width of a letter, height of a line, points; names in a label."""
 NONE = "#F2B8A0"
 """Colour of a cell of the table that no precision decided."""
 
@@ -91,8 +93,7 @@ def _draw_error(axes: Axes, data: Data) -> str:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     resolved, title = bodies["resolved"], r"error: $O(\mu)$, of the $\cos g$ part $O(\mu^2)$"
     if not resolved.any():
-        axes.text(0.5, 0.5, "no distance is resolved", ha="center", transform=axes.transAxes)
-        axes.set(xticks=[], yticks=[])
+        plots.say_nothing_found(axes, "no distance is resolved")
         return title
     chosen = dict(zip(_chosen(data), CHOSEN, strict=False))
     for values, place, said, kind in (
@@ -136,13 +137,40 @@ def _draw_decay(axes: Axes, data: Data) -> str:
         look: Any = {"ms": size, "mfc": "none", "mec": colour, "mew": 1.1, "label": said}
         axes.semilogy(bodies["nu"][rows], bodies["reduced"][rows, k], marker, **look)
     for k in known[:1]:
-        for row in np.flatnonzero(resolved[:, k]):
-            name, place = bodies["name"][row], (bodies["nu"][row], bodies["reduced"][row, k])
-            plots.beside(axes, "4" if name == "fig4" else name, place, 4, 6, fontsize=7)
+        rows = np.flatnonzero(resolved[:, k])
+        rows = rows[np.argsort(bodies["nu"][rows])]
+        places = np.stack((bodies["nu"], bodies["reduced"][:, k]), axis=1)[rows]
+        names = ["4" if name == "fig4" else str(name) for name in bodies["name"][rows]]
+        ends = closed["nu"][-1], closed["decay"][-1] / closed["decay"][0]
+        for said, place in _together(names, places, ends):
+            plots.beside(axes, said, place, 4, 6, fontsize=7)
     axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
     axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
     axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)
     return "exponentially small in $\\nu$"
+
+
+def _together(names: list[str], places: Any, ends: tuple[float, float]) -> Any:
+    """Labels with their places (nu, reduced), ascending: one for names that would overlap.
+
+    `ends` are the largest nu of the panel and the ratio of its least and its largest distance.
+    """
+    groups = list[tuple[list[str], Any]]()
+    for name, (nu, reduced) in zip(names, places, strict=True):
+        if groups:
+            before, (x, y) = groups[-1]
+            right = (nu - x) / ends[0] * PANEL[0]
+            below = np.log(reduced / y) / np.log(ends[1]) * PANEL[1]
+            if right < LETTER * len(_joined(before)) and abs(below) < LINE:
+                before.append(name)
+                continue
+        groups.append(([name], (nu, reduced)))
+    return [(_joined(group), place) for group, place in groups]
+
+
+def _joined(names: list[str]) -> str:
+    """Names of bodies in one label; of many only the first and the last."""
+    return ", ".join(names) if len(names) <= MOST_NAMES else f"{names[0]} \u2026 {names[-1]}"
 
 
 def _draw_table(axes: Axes, data: Data) -> str:

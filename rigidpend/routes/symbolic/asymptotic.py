@@ -49,6 +49,7 @@ from rigidpend.routes.symbolic.chain import (
     signs_of,
 )
 from rigidpend.routes.symbolic.levels import ChainLevel, Mask, Signs, onward
+from rigidpend.routes.symbolic.shortest import MORE_HALF_TURNS
 
 TOGETHER = 2000
 """Number of orbits that are followed at a time: their tables then stay in the processor's cache."""
@@ -139,6 +140,23 @@ def skeleton(level: ChainLevel, symbols: int, half_turns: int) -> list[tuple[Tra
     return found
 
 
+def least_half_turns(level: ChainLevel, symbols: int, beyond: int) -> int | None:
+    """The least bound on half rotations with which orbits of up to `symbols` symbols each exist.
+
+    It is sought `beyond` a bound that is too small; None if doubles do not reach so far.
+    """
+    # A passage from or to a surface has |I| of at most the splitting at its last crossing.
+    first = max(beyond + 1, level.fewest_half_turns(level.splitting))
+    for bound in range(first, first + MORE_HALF_TURNS):
+        try:
+            found = skeleton(level, symbols, bound)
+        except NoOrbit:
+            break
+        if all(rough.b.size for rough, _ in found):
+            return bound
+    return None
+
+
 class _Arcs:
     """Arcs of the surface between zeros of U behind n - 1 passages, sampled behind n passages."""
 
@@ -183,22 +201,13 @@ class _Arcs:
         asked for, and True where an arc to be followed further begins, which ends at the next zero.
         """
         low, high, arc, sample = self._brackets()
-        if not low.size:
-            # A passage from or to a surface has |I| of at most the splitting at its last crossing.
-            level, most = self.level, self.most_turns
-            split = level.downward_splitting if self.n % 2 else level.splitting
-            least = math.floor(level.half_turns(split))
-            said = (
-                f"passages of at most half_turns = {most} half rotations; they take {least} or more"
-            )
-            raise NoOrbit(f"no orbit with a symbol has only {said}: allow more")
         order = np.lexsort((low, arc))
         low, high, arc, sample = low[order], high[order], arc[order], sample[order]
         # passed[:, j] counts the wanted samples before sample j. An arc between two zeros is open
         # if any sample is wanted from the one before the first zero to the one behind the second.
         passed = np.pad(np.cumsum(self.wanted, axis=1), ((0, 0), (1, 0)))
         few = passed[arc[1:], sample[1:] + 2] > passed[arc[:-1], sample[:-1]]
-        opens = np.append((arc[1:] == arc[:-1]) & few, False)
+        opens = np.append((arc[1:] == arc[:-1]) & few, False)[: arc.size]
         # Both ends of an open arc are kept.
         kept = opens.copy()
         kept[1:] |= opens[:-1]

@@ -150,7 +150,8 @@ def closed_orbit(
     Raises
     ------
     NoOrbit
-        There is no such orbit in the range of the return map; the message gives the reason.
+        There is no such orbit in the range of the return map, or its passages take so long that
+        doubles do not tell its crossings; the message gives the reason.
     AddressError, ParameterError, ExactError
         A value is excluded or is no number; the message says which.
     MapError
@@ -163,7 +164,9 @@ def closed_orbit(
         raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
     if half_turns is not None:
         half_turns = checked.whole("half_turns", half_turns, 1, MOST_HALF_TURNS)
-    return closed(ChainLevel.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
+    found = closed(ChainLevel.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
+    check_told(found.chain)
+    return found
 
 
 def closed(
@@ -283,6 +286,31 @@ class Closing(NamedTuple):
     """d and chi of the first crossing."""
 
 
+def roundings(orbit: ClosedOrbit, bits: int = 113) -> tuple[float, float, float]:
+    """Roundings of an orbit's integration, by its map; NoOrbit where :func:`closing` tells nothing.
+
+    These are the change of chi behind a passage by a relative rounding of d, or by one of chi,
+    before it; the gap below which passages count as met; and the growth of gaps to the end of the
+    period.
+    """
+    check_told(orbit.chain)
+    chain, slopes = orbit.chain, tangents(orbit.chain)[:, :2]
+    ones = np.ones(len(chain.b))
+    grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], ones), axis=1)).max())
+    met = max(2.0**LOST, GROWN * grown) * 2.0**-bits
+    # A change at the end of a passage, grown by those behind it to the end of the period, from the
+    # last passage on.
+    behind = itertools.accumulate(slopes[:0:-1], np.matmul, initial=np.eye(2))
+    growth = sum(float(np.abs(whole).sum(axis=1).max()) for whole in behind)
+    if growth * met > MOVED:
+        raise NoOrbit(
+            f"a period of {orbit.code} with {orbit.half_turns} half rotations in each passage grows"
+            f" roundings of {bits} bits to {growth * met:.1g} rad, which verifies nothing:"
+            " verify shorter words, or give passages fewer half rotations"
+        )
+    return grown, met, growth
+
+
 def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     """Refine a closed orbit by the full equations until it closes, in 96 bits or more.
 
@@ -293,7 +321,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     doubles to begin with, or grow roundings so much that the end tells nothing.
     """
     bits = checked.whole("bits", bits, CLOSING_BITS)
-    check_told(orbit.chain)
+    grown, met, growth = roundings(orbit, bits)
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     h, turn = a.number(level.energy.at(a.bits)), 2 * a.pi
@@ -309,20 +337,6 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))
         return off, late
 
-    slopes, n = tangents(chain)[:, :2], len(chain.b)
-    # The change of chi behind a passage by a relative rounding of d, or by one of chi, before it.
-    grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], np.ones(n)), axis=1)).max())
-    met = max(2.0**LOST, GROWN * grown) * 2.0**-bits
-    # A change at the end of a passage, grown by those behind it to the end of the period, from the
-    # last passage on.
-    behind = itertools.accumulate(slopes[:0:-1], np.matmul, initial=np.eye(2))
-    growth = sum(float(np.abs(whole).sum(axis=1).max()) for whole in behind)
-    if growth * met > MOVED:
-        raise NoOrbit(
-            f"a period of {orbit.code} with {orbit.half_turns} half rotations in each passage grows"
-            f" roundings of {bits} bits to {growth * met:.1g} rad, which verifies nothing:"
-            " verify shorter words, or give passages fewer half rotations"
-        )
     # Corrections are those of the chain, in the angles of its passages: of I they lose nothing,
     # which a crossing in doubles tells the less the longer the passage is.
     system, units = System(level, None, np.sign(chain.I), 0.0), np.array([level.widest_d, 1.0])
@@ -337,7 +351,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         # A gap is the end of a passage less the next crossing. Scaled to the size of one: gaps far
         # below a double's range keep their digits.
         left = np.roll((off / size).astype(float) / units, 1, axis=0)
-        angles = system.corrections(left.T[::-1], by)[1:].reshape(n, 2)
+        angles = system.corrections(left.T[::-1], by)[1:].reshape(-1, 2)
         step = np.einsum("ijn,nj->ni", by[::-1, 2:], angles) * units
         moved = a.largest(step * size)
         if moved > MOVED:

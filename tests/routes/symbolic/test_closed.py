@@ -14,7 +14,7 @@ from rigidpend.numbers import Array
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
-from rigidpend.routes.symbolic.chain import crossing_states
+from rigidpend.routes.symbolic.chain import crossing_states, passages
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.stretching import (
@@ -88,14 +88,26 @@ def test_a_period_that_grows_roundings_too_much_is_not_verified() -> None:
 
 
 def test_a_multiplier_beyond_doubles_is_refused_and_not_infinite() -> None:
-    assert closed_orbit(BODY, "0", h=H, half_turns=200).exponent > 100
+    assert closed(level(), (0,), 200).exponent > 100
     # The square of the last one's trace is beyond them. Each turn adds as much to the exponent.
-    long = [closed_orbit(BODY, "0", h=H, half_turns=n) for n in (200, 250, 300)]
+    long = [closed(level(), (0,), n) for n in (200, 250, 300)]
     one, two, three = (orbit.exponent for orbit in long)
     assert three - two == pytest.approx(two - one, rel=1e-12)
     assert 1e-12 < long[2].exponent_error < 1e-9
     with pytest.raises(OverflowError, match="6 passages deviations grow by more than doubles hold"):
         closed_orbit(BODY, "001", h=H, half_turns=200)
+
+
+def test_crossings_that_doubles_do_not_tell_are_refused_with_how_long_passages_may_be() -> None:
+    """Their d is that of the surface to rounding, and an orbit begun there is another one."""
+    with pytest.raises(NoOrbit, match=r"^passage 1 takes so long .* half rotations") as refused:
+        closed_orbit(BODY, "01", h=H, half_turns=200)
+    most = int(str(refused.value).rpartition("give it ")[2].split()[0])
+    right, error = passages(closed_orbit(BODY, "01", h=H, half_turns=most).chain)
+    assert right.all()
+    assert error.max() < 1e-3
+    with pytest.raises(NoOrbit, match=r"^passage \d takes so long"):
+        closed_orbit(BODY, "01", h=H, half_turns=most + 4)
 
 
 def test_other_orbits_begin_in_the_other_cell() -> None:
