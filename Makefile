@@ -72,6 +72,7 @@ audit: ## look up known vulnerabilities of the versions in constraints.txt, wher
 docs: $(VENV)/.installed-docs build/mathjax/tex-svg.js ## build the documentation into build/docs/, which fetches nothing when read
 	rm -rf build/docs
 	$(BIN)/python -m sphinx -b html -d build/doctrees -W --keep-going -q docs build/docs
+	@grep -q 'row 0 = symbol 1' build/docs/python.html || { echo "named tuples are without their fields" >&2; exit 1; }
 	@! grep -rlE '<(script|link|img)[^>]*(src|href)="(https?:)?//' --include='*.html' build/docs \
 	  || { echo "the pages above would fetch something from elsewhere" >&2; exit 1; }
 	$(BIN)/python -m scripts.look build/docs

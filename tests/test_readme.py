@@ -85,6 +85,12 @@ def test_the_example_in_python_has_the_shapes_that_are_said() -> None:
         assert str(getattr(made["routes"], name).shape) == shape, name
 
 
+def test_the_page_shows_all_of_a_stored_result() -> None:
+    [shown] = re.findall(r"StoredResult\n.+\n +:members: (.+)\n +:undoc-", TEXTS["docs/python.md"])
+    offered = {name for name in dir(rigidpend.StoredResult) if not name.startswith("_")}
+    assert {*shown.split(", ")} == offered
+
+
 def test_the_result_that_the_tour_reads_is_there(tmp_path: Path, monkeypatch: Any) -> None:
     [code] = [block for where, block in blocks("python") if where == "docs/tour.md"]
     (tmp_path / "results").symlink_to(ROOT / "results" / "reference")
