@@ -58,7 +58,7 @@ test-lowest: ## use the package with the lowest versions that pyproject.toml all
 	$(USED)
 
 attacks: $(VENV)/.installed-test ## random attacks of every kind, repeatable by their seed: half an hour; COUNT= SEED=
-	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_forgeries.py tests/runs/test_certificates.py tests/runs/test_faults.py tests/runs/test_cluster.py tests/machine/test_signals.py
+	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_forgeries.py tests/runs/test_certificates.py tests/runs/test_faults.py tests/runs/test_parts.py tests/runs/test_cluster.py tests/machine/test_signals.py tests/routes/certified/test_energies.py tests/routes/certified/test_intervals.py tests/routes/certified/test_passages.py
 
 coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
 	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage
@@ -72,6 +72,7 @@ audit: ## look up known vulnerabilities of the versions in constraints.txt, wher
 docs: $(VENV)/.installed-docs build/mathjax/tex-svg.js ## build the documentation into build/docs/, which fetches nothing when read
 	rm -rf build/docs
 	$(BIN)/python -m sphinx -b html -d build/doctrees -W --keep-going -q docs build/docs
+	@grep -q 'row 0 = symbol 1' build/docs/python.html || { echo "named tuples are without their fields" >&2; exit 1; }
 	@! grep -rlE '<(script|link|img)[^>]*(src|href)="(https?:)?//' --include='*.html' build/docs \
 	  || { echo "the pages above would fetch something from elsewhere" >&2; exit 1; }
 	$(BIN)/python -m scripts.look build/docs

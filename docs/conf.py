@@ -9,6 +9,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
+from docutils import nodes  # noqa: E402
+from sphinx.addnodes import pending_xref  # noqa: E402
 from sphinx.application import Sphinx  # noqa: E402
 from sphinx.ext.napoleon import Config, NumpyDocstring  # noqa: E402
 
@@ -50,7 +52,7 @@ SECTIONS = Config(napoleon_google_docstring=False, napoleon_use_rtype=False)
 def setup(app: Sphinx) -> None:
     """Take the docstrings as they are written, for a reader of the source."""
     app.connect("autodoc-process-docstring", docstring)
-    app.connect("autodoc-skip-member", without_meaning)
+    app.connect("doctree-read", unlinked)
 
 
 def docstring(
@@ -59,10 +61,15 @@ def docstring(
     """Read the sections of a function or class, and ``|M|`` as a length anywhere.
 
     reStructuredText would take the bars for a substitution; the other character is as wide, so
-    that tables keep their columns. What is said of an attribute has no sections.
+    that tables keep their columns. What is said of an attribute has no sections, and of a field
+    of a named tuple nothing may be said.
     """
-    if what not in ("attribute", "data", "property"):
-        lines[:] = NumpyDocstring(lines, SECTIONS, app, what, name, it, options).lines()
+    if lines and lines[0].startswith("Alias for field number"):
+        lines.clear()
+    if what not in ("attribute", "data"):
+        # A property is no attribute here, of which the words before a colon would be the type.
+        kind = "method" if what == "property" else what
+        lines[:] = NumpyDocstring(lines, SECTIONS, app, kind, name, it, options).lines()
     if what == "module":
         lines[:] = listed(lines)
     for number, line in enumerate(lines):
@@ -88,8 +95,9 @@ def listed(lines: list[str]) -> list[str]:
     return found
 
 
-def without_meaning(
-    app: Sphinx, what: str, name: str, it: object, skip: bool, options: object
-) -> bool | None:
-    """Leave out the fields of a named tuple about which nothing is said but their number."""
-    return True if str(getattr(it, "__doc__", "")).startswith("Alias for field number") else None
+def unlinked(app: Sphinx, page: nodes.document) -> None:
+    """Take links from types such as `number` and `Path`: what else has that name is not meant."""
+    for link in list(page.findall(pending_xref)):
+        name = str(link["reftarget"])
+        if link.hasattr("refspecific") and (name.islower() or name == "Path"):
+            link.replace_self(link.children)

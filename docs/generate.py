@@ -213,10 +213,8 @@ def _figure(config: loading.LoadedConfig) -> str:
     )
     head = plain((about or "").partition("\n")[0].rstrip("."))
     result: Any = {"config": config.resolved()}
-    bodies = "; ".join(captions.bodies(result))
-    said = (
-        f"{plain(captions.caption(config.content.experiment))}\n\n`{config.name}`: {plain(bodies)}"
-    )
+    name = ": ".join(filter(None, [f"`{config.name}`", plain("; ".join(captions.bodies(result)))]))
+    said = f"{plain(captions.caption(config.content.experiment))}\n\n{name}"
     figure = f"```{{figure}} ../results/gallery/{config.name}.png\n:alt: {head}\n\n{said}\n```"
     return f"## {head}\n\n{figure}"
 

@@ -265,8 +265,10 @@ def orbit(
     body : Body
     theta2_0 : number
         Initial phase, radians.
-    h0, J1_0 : number
-        Energy constant, physical units as mu; and initial action, dimensionless.
+    h0 : number
+        Energy constant, physical units as mu.
+    J1_0 : number
+        Initial action, dimensionless.
     time : float
         Duration in t', dimensionless.
     step : float, optional

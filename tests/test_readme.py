@@ -67,6 +67,14 @@ def test_every_target_of_make_is_there_and_the_pages_show_commands() -> None:
     assert {arguments[0] for arguments in commands()} > {"run", "render", "describe", "verify"}
 
 
+def test_make_attacks_runs_every_file_that_draws_by_lot() -> None:
+    tried = re.findall(r"RIGIDPEND_SEED.*", (ROOT / "Makefile").read_text(encoding="utf-8"))[0]
+    files = (path.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py"))
+    drawing = {x for x in files if re.search(r"attacks(\.| import )lot", (ROOT / x).read_text())}
+    assert {x.name for x in drawing} > {"test_signals.py", "test_parts.py", "test_files.py"}
+    assert {x for x in drawing if x.parent.name != "attacks"} <= {*map(Path, tried.split())}
+
+
 def test_the_example_in_python_has_the_shapes_that_are_said() -> None:
     [code] = [block for where, block in blocks("python") if where == "docs/python.md"]
     made: dict[str, Any] = {}
@@ -75,6 +83,12 @@ def test_the_example_in_python_has_the_shapes_that_are_said() -> None:
     assert len(said) >= 2
     for name, shape in said:
         assert str(getattr(made["routes"], name).shape) == shape, name
+
+
+def test_the_page_shows_all_of_a_stored_result() -> None:
+    [shown] = re.findall(r"StoredResult\n.+\n +:members: (.+)\n +:undoc-", TEXTS["docs/python.md"])
+    offered = {name for name in dir(rigidpend.StoredResult) if not name.startswith("_")}
+    assert {*shown.split(", ")} == offered
 
 
 def test_the_result_that_the_tour_reads_is_there(tmp_path: Path, monkeypatch: Any) -> None:
@@ -101,6 +115,8 @@ def test_the_gallery_has_every_figure_once_with_what_one_sees_in_it() -> None:
     assert shown[:2] == ["fig1.png", "fig2.png"]
     for experiment in experiments.names():
         assert generate.plain(captions.caption(experiment)) in page
+    # A benchmark has no body of its own.
+    assert "\n`bench`\n" in page
 
 
 def test_what_is_cited_is_the_last_release_and_what_comes_after_says_so() -> None:

@@ -145,8 +145,8 @@ def bodies_tables(data: Data) -> list[Table]:
     note = (
         f"{orbits.size} bodies: shapes, directions, energies, weights (mu/h0 from 1e-4 to 2e-2)"
         " and starts (J1_0 from 1e-12 to 1e-6) at random;"
-        f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads; fewer of the"
-        f" {int((orbits < max(orbits)).sum())} bodies"
+        f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads; fewer with"
+        f" {int((orbits < max(orbits)).sum())} of them,"
         " with which ours is expected to take long. A peer follows fewer,"
         " and its time is scaled. Medians over the bodies, then what 90 % of them stay below."
         " Symbols per million: wrong ones that a method vouches for, all wrong ones where it"
