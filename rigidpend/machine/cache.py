@@ -99,12 +99,16 @@ class Subfolder(NamedTuple):
 
 
 def folder() -> Path:
-    """The folder of this package's cache, among those of all programs of this user."""
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "rigidpend"
-    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    """The folder of this package's cache, among those of all programs of this user.
+
+    In the null device, where nothing can be cached, if this user has no home.
+    """
+    home, given = (Path(x) for x in (os.path.expanduser("~"), os.environ.get("XDG_CACHE_HOME", "")))
     # The specification has relative paths ignored: each working folder would have its own cache.
-    return (given if given.is_absolute() else Path.home() / ".cache") / "rigidpend"
+    home = home if home.is_absolute() else Path(os.devnull)
+    if sys.platform == "darwin":
+        return home / "Library" / "Caches" / "rigidpend"
+    return (given if given.is_absolute() else home / ".cache") / "rigidpend"
 
 
 def load(within: Path, of: bytes) -> bytes | None:
@@ -125,8 +129,10 @@ def save(within: Path, of: bytes, content: bytes, most_bytes: int) -> None:
     """
     try:
         save_file(within / name_of(of), of, content)
-        # Names of files that are still being written begin with a dot.
-        found = [_looked_up(path) for path in within.iterdir() if path.name[0] != "."]
+        # Names of files that are still being written begin with a dot, and of those that a killed
+        # process left.
+        every = (path for path in within.iterdir() if path.name[0] != "." or files.is_left(path))
+        found = [_looked_up(path) for path in every]
         total = sum(size for _, size, _ in found)
         for _, size, path in sorted(found):
             if total > most_bytes:

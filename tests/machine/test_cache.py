@@ -117,11 +117,25 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_it_lies_where_the_user_s_programs_keep_theirs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: str
 ) -> None:
-    monkeypatch.setattr(Path, "home", lambda: tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", given)
-    for platform, place in (("linux", ".cache"), ("darwin", "Library/Caches")):
-        monkeypatch.setattr(sys, "platform", platform)
-        assert cache.folder() == tmp_path / place / "rigidpend"
+    for home, found in ((str(tmp_path), tmp_path), ("relative", Path(os.devnull))):
+        monkeypatch.setenv("HOME", home)
+        for platform, place in (("linux", ".cache"), ("darwin", "Library/Caches")):
+            monkeypatch.setattr(sys, "platform", platform)
+            assert cache.folder() == found / place / "rigidpend"
+
+
+def test_a_user_without_a_home_is_told_that_nothing_can_be_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    # So it is for a user of whom the system knows nothing, as in a container.
+    monkeypatch.setattr(os.path, "expanduser", lambda path: path)
+    cache.tell_once.cache_clear()
+    with pytest.warns(cache.KeptFileWarning, match=r"cannot be written \(Not a directory\)"):
+        cache.save(cache.folder() / "maps", b"a", b"content", 999)
+    assert cache.load(cache.folder() / "maps", b"a") is None
+    assert cache.subfolders() == []
 
 
 def test_what_is_saved_is_loaded_and_those_used_longest_ago_make_room(folder: Path) -> None:
@@ -134,9 +148,10 @@ def test_what_is_saved_is_loaded_and_those_used_longest_ago_make_room(folder: Pa
         os.utime(maps / cache.name_of(of), (k, k))
     # To be used counts: so it is not the oldest any more.
     assert cache.load(maps, b"a") == bytes(1000)
-    # Another process is writing one.
-    (maps / ".part").touch()
-    os.utime(maps / ".part", (0, 0))
+    # Another process is writing one, and one was killed long ago.
+    for name in (".part", ".left"):
+        (maps / name).touch()
+    os.utime(maps / ".left", (0, 0))
     three = 3 * (maps / cache.name_of(b"a")).stat().st_size
     cache.save(maps, b"d", bytes(1000), three)
     left = {path.name for path in maps.iterdir()}
