@@ -30,7 +30,7 @@ from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision, precision, product
 
 FORWARD, INVERSE = (1, 0.6), (3, 1.0)
-"""Of charts and of inverse charts: how the nodes of a table become fewer (:func:`fitted`).
+"""Rules by which a table's nodes become fewer: of charts, and of inverse charts (:func:`fitted`).
 
 First the power by which orders shrink with the energy's order, then the share of the phases that
 the later half of the places in x takes. With a share of 0.5 charts of four bodies with weights of
