@@ -32,8 +32,11 @@ If the cost of a series grew as the square of its orders, two nats would be chea
 whole series cost less."""
 SHRINK = math.exp(-NATS_PER_ORDER)
 """Ratio of a step to the radius of convergence."""
-LONGEST = 2.0
-"""Logarithm of the largest radius that is accepted: the last coefficients may be zero."""
+LONGEST = NATS_PER_ORDER
+"""Logarithm of the largest radius of convergence that is accepted.
+
+Where the last coefficients are zero in P bits, those left out are below 2^-P on a step of length
+one, but not on a longer one. A step twice as long lost two thirds of the digits."""
 LENGTH_BITS = 40
 """Fractional bits of a step's length, so few that it is a double too."""
 SHORT = 16
