@@ -31,7 +31,13 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, state_of
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, rounded
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
-from rigidpend.orbits.return_map.tables import FORWARD, INVERSE, ChartTable, Looked, fitted
+from rigidpend.orbits.return_map.tables import (
+    FORWARD_POWER,
+    INVERSE_POWER,
+    ChartTable,
+    Looked,
+    fitted,
+)
 
 MOST_ITERATIONS = 30
 """Largest number of Newton's corrections of a point of an inverse chart, in each precision."""
@@ -222,7 +228,7 @@ def forward_table(
     def chart(d: Any, chi: Any, form: TorusForm) -> Any:
         return section_chart(rising, d, chi, form, arcs)
 
-    return fitted(chart, width, n_x, n_phase, nf, FORWARD, a)
+    return fitted(chart, width, n_x, n_phase, nf, FORWARD_POWER, a)
 
 
 def inverse_table(
@@ -241,7 +247,7 @@ def inverse_table(
         # chi grows by a turn with s; the difference is periodic in s, as a table has to be.
         return np.stack((d, chi - s, *value[2:]))
 
-    return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE, a)
+    return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE_POWER, a)
 
 
 def section_charts(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import functools
-import itertools
 import math
 from typing import Any, NamedTuple
 
@@ -82,9 +81,9 @@ class TorusForm:
         Number of points of each group, if the groups are not all of one length.
     weights : (E, count) array, optional
         The Chebyshev polynomials at the energies, if they are already known.
-    shared : list of int, optional
-        Numbers of successive points of a group that have a phase in common, for one phase after
-        another, if they do; then `counts` are given too.
+    shared : E ints, optional
+        Number of successive points of each group that have a phase in common, if they do; then
+        `counts` are given too.
     """
 
     def __init__(
@@ -112,10 +111,10 @@ class TorusForm:
         """(E, K + 1): the coefficients of the mean dt'/dpsi."""
         return self.weights @ self.nf.rotation
 
-    def part(self, groups: slice, counts: Any, shared: Any) -> TorusForm:
-        """The same for some of the groups, with `counts` points in each, `shared` as above."""
+    def part(self, groups: slice, counts: Any) -> TorusForm:
+        """The same for some of the groups, with `counts` points in each of them."""
         given = self.nf, self.h[groups], self.a, counts, self.weights[groups]
-        found = TorusForm(*given, shared)
+        found = TorusForm(*given, self.shared and self.shared[groups])
         found._whole = self, groups
         return found
 
@@ -137,7 +136,7 @@ class TorusForm:
         floats = self.a.floats
         if self._whole:
             form, groups = self._whole
-            found = form.in_doubles.part(groups, self.counts, self.shared)
+            found = form.in_doubles.part(groups, self.counts)
         else:
             nf = self.nf._replace(odd=floats(self.nf.odd), even=floats(self.nf.even))
             given = nf, floats(self.h), precision(53), self.counts, floats(self.weights)
@@ -182,10 +181,10 @@ class TorusForm:
         # phases these are few.
         rough, terms = self.in_doubles, 1 if self.shared else (self.nf.degree + 1) ** 2
         counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
-        found = []
-        for groups, at, *own in in_blocks(counts, terms, self.shared):
-            forms = self.part(groups, *own), rough.part(groups, *own)
-            found.append(_inverted(*forms, psi[at], (Qp[at], Qm[at])))
+        found = [
+            _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))
+            for groups, at, here in in_blocks(counts, terms, self.shared)
+        ]
         return NormalPoint(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
 
@@ -259,11 +258,11 @@ class TorusSeries:
         self.runs = [(len(psi), 1)]
         """Numbers of successive phases, and of the points that share each of these."""
         if form.shared:
-            self.runs = [(len(list(run)), each) for each, run in itertools.groupby(form.shared)]
-            last = np.cumsum(form.shared)
-            psi = psi[last - form.shared]
-            # Each group ends with a phase.
-            counts = np.diff(np.searchsorted(last, np.cumsum(counts)) + 1, prepend=0)
+            sizes = zip(form.group_sizes(len(psi)), form.shared, strict=True)
+            self.runs = [(count // each, each) for count, each in sizes]
+            counts = [count for count, _ in self.runs]
+            own = np.repeat(form.shared, counts)
+            psi = psi[np.cumsum(own) - own]
         basis, groups = fourier_basis(psi, nf.n, form.a), len(form.weights)
         alone = 1 < groups == len(psi)
         if alone:

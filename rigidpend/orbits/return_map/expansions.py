@@ -168,26 +168,26 @@ class Interval(NamedTuple):
 
 def in_blocks(
     counts: Sequence[int], terms: int = 1, shared: Sequence[int] | None = None
-) -> Iterator[tuple[slice, slice, list[int], list[int] | None]]:
+) -> Iterator[tuple[slice, slice, list[int]]]:
     """Blocks of at most `AT_ONCE` points, for consecutive groups of `counts` points each.
 
-    Where each point has a series of `terms` terms, a block has no more than `ROOM` of them.
-    Successive points of a group that stay together, as many as `shared` says, are not divided.
+    Where each point has a series of `terms` terms, a block has no more than `ROOM` of them. Points
+    of a group that stay together, `shared` successive ones, are not divided.
 
-    A block is given as the slice of its groups, the slice of its points, the number of its points
-    in each of these groups, and its own part of `shared`; a group may be divided between blocks.
+    A block is given as the slice of its groups, the slice of its points, and the number of its
+    points in each of these groups; a group may be divided between blocks.
     """
     edges, most = np.append(0, np.cumsum(counts)), max(1, min(AT_ONCE, ROOM // terms))
-    cuts = np.append(0, np.cumsum(np.ones(sum(counts)) if shared is None else shared)).astype(int)
-    own = 0
+    together = [1] * len(counts) if shared is None else shared
+    pieces = np.floor_divide(counts, together)
+    cuts, own = np.append(0, np.cumsum(np.repeat(together, pieces))), 0
     while own < len(cuts) - 1:
-        first_cut, begin = own, cuts[own]
+        begin = cuts[own]
         own = max(own + 1, np.searchsorted(cuts, begin + most, side="right") - 1)
         end = cuts[own]
         first, last = np.searchsorted(edges[1:], (begin, end - 1), side="right")
         here = np.diff(np.clip(edges[first : last + 2], begin, end))
-        together = None if shared is None else list(shared[first_cut:own])
-        yield slice(first, last + 1), slice(begin, end), here.tolist(), together
+        yield slice(first, last + 1), slice(begin, end), here.tolist()
 
 
 def grouped(rows: Any, matrices: Any, counts: Any = None) -> Any:

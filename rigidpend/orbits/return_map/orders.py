@@ -15,7 +15,7 @@ from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.looks import Rough, Shrinking, least_degree, odd, terms_until
 from rigidpend.orbits.return_map.midline import Layer
 from rigidpend.orbits.return_map.precision import Precision
-from rigidpend.orbits.return_map.tables import FORWARD, INVERSE, table_sizes
+from rigidpend.orbits.return_map.tables import FORWARD_POWER, INVERSE_POWER, table_sizes
 
 TOLD = 2
 """Factor up to which the error of a table may exceed its last coefficients, to be theirs."""
@@ -98,11 +98,10 @@ def building_seconds(
     # Arcs with the normal form solved at their ends, points of inverse charts, and products of
     # series, in microseconds as measured; charts are made for two sections. A normal form takes
     # some time for each degree, however few numbers a series has.
-    of = o.n_energy, FORWARD
-    charts = sum(math.prod(x) for level in table_sizes(o.n_x, o.n_phase, *of) for x in level)
-    of = o.n_energy, INVERSE
-    given = o.n_x, o.n_phase_inverse
-    inverses = sum(math.prod(x) for level in table_sizes(*given, *of) for x in level)
+    of = o.n_energy, FORWARD_POWER
+    charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, *of))
+    of = o.n_energy, INVERSE_POWER
+    inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
     points = quadrature_points(o.length, body.c, body.h, a.bits)
     step = 10.5 + 0.34 * (sharp.bits - PAIRS) if sharp.parts == 3 else 2.4

@@ -39,7 +39,7 @@ from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision
-from rigidpend.orbits.return_map.tables import INVERSE, ChartTable, fitted
+from rigidpend.orbits.return_map.tables import INVERSE_POWER, ChartTable, fitted
 
 FUNCTIONS = 3
 """Number of functions of a chart that codes and times need: all but that of theta3."""
@@ -103,7 +103,7 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
         return np.stack((at.v / Qp, at.u / Qp, at.tau))
 
     for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
-        table = fitted(placed, a.number(1), n_x, nf.n, nf, INVERSE, a)
+        table = fitted(placed, a.number(1), n_x, nf.n, nf, INVERSE_POWER, a)
         last = table.values.reshape(nf.energies.n, n_x, nf.n, -1)[:, -2:]
         if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
             return Entry(centre, half_width, table)

@@ -5,18 +5,17 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from operator import mul
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.numbers import Scalar
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import (
-    MOST_KEPT,
     chebyshev_analysis,
     chebyshev_basis,
     chebyshev_slopes,
+    chebyshev_synthesis,
     fourier_analysis,
     fourier_basis,
     fourier_slopes,
@@ -29,18 +28,12 @@ from rigidpend.orbits.return_map.expansions import (
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision, precision, product
 
-FORWARD, INVERSE = (1, 0.6), (3, 1.0)
-"""Rules by which a table's nodes become fewer: of charts, and of inverse charts (:func:`fitted`).
+FORWARD_POWER, INVERSE_POWER = 1, 3
+"""Powers of charts and of inverse charts by which the orders shrink with the energy's order.
 
-First the power by which orders shrink with the energy's order, then the share of the phases that
-the later half of the places in x takes. With a share of 0.5 charts of four bodies with weights of
-0.006 h to 0.018 h, whose terms shrink less with the sum of their orders, erred 5 to 60 times as
-much; with 0.6 by no more than with all phases. In inverse charts it would save little time, and
-where they err most lies between the points that measure it."""
+See :func:`fitted`."""
 SPARE_X, SPARE_PHASES = 1, 2
 """Further nodes in x and in phase, beyond its share, of each divided difference in the energy."""
-LEAST_DIVIDED = 4
-"""Least number of places in x that are divided into halves."""
 
 
 class Looked(NamedTuple):
@@ -104,19 +97,18 @@ def fitted(
     n_x: int,
     n_phase: int,
     nf: NormalForm,
-    fewer: tuple[int, float],
+    power: int,
     a: Precision,
 ) -> ChartTable:
     """The table of functions over |x| <= width, all phases and the normal form's energies.
 
     The terms of a table shrink with the sum of their orders in x, phase and energy. So the energy
     is interpolated by Newton's divided differences, each of which is a table over x and phase: the
-    k-th of n differences takes a share of 1 - (k/n)^power of the nodes in each direction. Within
-    one of them the places in x are in Leja's order, and the later half of them takes fewer phases:
-    their higher harmonics follow from those of the first half. `fewer` says how many, as `FORWARD`.
+    k-th of n differences takes a share of 1 - (k/n)^power of the nodes in each direction.
 
-    ``values(x, phase, form)`` gives the functions, (F, N), at points in groups by energy. Those of
-    a phase follow each other, which `form` tells.
+    ``values(x, phase, form)`` gives the functions, (F, N), at points in groups by energy; there
+    are n_x n_phase nodes at the first energy, and fewer at each further one. Those of a phase
+    follow each other, which `form` tells.
     """
     energies, order = nf.energies, _spread(nf.energies.n)
     at = nodes(energies.n, a)[order]
@@ -126,38 +118,29 @@ def fitted(
     for k in range(1, energies.n):
         newton[:, k] = newton[:, k - 1] * (at - at[k - 1])
     # All nodes of all energies, one energy after another, with x running fastest.
-    sizes = table_sizes(n_x, n_phase, energies.n, fewer)
-    xs, phases_, shared = list[Any](), list[Any](), list[int]()
-    for level in sizes:
-        places, begin = width * _places(_count(level), a), 0
-        for few_x, few in level:
-            xs.append(np.tile(places[begin : begin + few_x], few))
-            phases_.append(np.repeat(phases(few, a), few_x))
-            shared += [few_x] * few
-            begin += few_x
-    x, phase = np.concatenate(xs), np.concatenate(phases_)
-    counts = [sum(few_x * few for few_x, few in level) for level in sizes]
+    sizes = table_sizes(n_x, n_phase, energies.n, power)
+    x = np.concatenate([np.tile(width * nodes(few_x, a), few) for few_x, few in sizes])
+    phase = np.concatenate([np.repeat(phases(few, a), few_x) for few_x, few in sizes])
+    counts, shared = [few_x * few for few_x, few in sizes], [few_x for few_x, _ in sizes]
     form = TorusForm(nf, energies.nodes(a)[order], a, counts, shared=shared)
-    made = [
-        values(x[at], phase[at], form.part(levels, here, together))
-        for levels, at, here, together in in_blocks(counts, shared=shared)
-    ]
+    blocks = in_blocks(counts, shared=shared)
+    made = [values(x[at], phase[at], form.part(levels, here)) for levels, at, here in blocks]
     value = np.concatenate(made, axis=1).T
     functions = value.shape[1]
     # found[k] holds the coefficients of the k-th divided difference, in x and in (phase, function).
     found = a.zeros((energies.n, n_x, n_phase * functions))
-    for k, level in enumerate(sizes):
-        few_x, few = _count(level), level[0][1]
-        own, value = value[: counts[k]], value[counts[k] :]
-        if k:
+    for level, (few_x, few) in enumerate(sizes):
+        own = value[: few_x * few].reshape(few, few_x, functions).transpose(1, 0, 2)
+        value = value[few_x * few :]
+        if level:
             # The k-th difference at its own, fewer nodes: the values less all lower differences.
-            known = (newton[k : k + 1, :k] @ found[:k].reshape(k, -1)).reshape(n_x, -1)
-            known = chebyshev_basis(_places(few_x, a), n_x, a) @ known
-            own = own - _values(known.reshape(few_x, n_phase, functions), level, a)
-            own = own / newton[k, k]
-        own = _by_node(own, level, a).reshape(few_x, -1)
-        own = chebyshev_analysis(few_x, a)[:, _spread(few_x)] @ own
-        found[k, :few_x, : few * functions] = own
+            known = newton[level : level + 1, :level] @ found[:level].reshape(level, -1)
+            known = chebyshev_synthesis(few_x, n_x, a) @ known.reshape(n_x, -1)
+            known = known.reshape(few_x, n_phase, functions)
+            known = np.matmul(fourier_synthesis(few, n_phase, a), known)
+            own = (own - known) / newton[level, level]
+        own = np.matmul(fourier_analysis(few, a), own).reshape(few_x, -1)
+        found[level, :few_x, : few * functions] = chebyshev_analysis(few_x, a) @ own
     # From Newton's polynomials to Chebyshev's: both are known at the nodes in the same order.
     back = chebyshev_analysis(energies.n, a)[:, order] @ newton
     return ChartTable(
@@ -166,55 +149,6 @@ def fitted(
         n_phase,
         (back @ found.reshape(energies.n, -1)).reshape(energies.n, n_x * n_phase, functions),
     )
-
-
-def _values(coefficients: Any, level: Level, a: Precision) -> Any:
-    """The values (points, F) at a level's nodes from Fourier coefficients (x, phase, F) there."""
-    found, begin = [], 0
-    for few_x, few in level:
-        own = coefficients[begin : begin + few_x]
-        own = np.matmul(fourier_synthesis(few, own.shape[1], a), own)
-        found.append(own.transpose(1, 0, 2).reshape(few_x * few, -1))
-        begin += few_x
-    return np.concatenate(found)
-
-
-def _by_node(values: Any, level: Level, a: Precision) -> Any:
-    """The Fourier coefficients (x, phase, F) at a level's nodes in x, from values (points, F)."""
-    most, functions, begin, point = level[0][1], values.shape[1], 0, 0
-    found = a.zeros((_count(level), most, functions))
-    for few_x, few in level:
-        end, last = begin + few_x, point + few_x * few
-        own = values[point:last].reshape(few, few_x, functions).transpose(1, 0, 2)
-        if few < most:
-            # Harmonics that so few phases cannot tell apart from lower ones are taken off first.
-            higher = _further(_count(level), begin, end, a) @ found[:begin, few:].reshape(begin, -1)
-            found[begin:end, few:] = higher = higher.reshape(few_x, most - few, functions)
-            own = own - np.matmul(fourier_synthesis(few, most, a)[:, few:], higher)
-        found[begin:end, :few] = np.matmul(fourier_analysis(few, a), own)
-        begin, point = end, last
-    return found
-
-
-@functools.lru_cache(maxsize=MOST_KEPT)
-def _further(n: int, begin: int, end: int, a: Precision) -> Any:
-    """The matrix from a polynomial's values at the first of n places to those at the next ones.
-
-    There are `begin` of the first, and those of the next are numbered up to `end`.
-    """
-    places = _places(n, a)
-    known, apart = places[:begin], places[begin:end, None] - places[:begin]
-    # Lagrange's polynomials, as the product of all distances over the one left out; the products of
-    # the distances of one known place from the others have 1 in the place of its own.
-    among = known[:, None] - known + a.array(np.eye(begin))
-    every, own = (functools.reduce(mul, x.T) for x in (apart, among))
-    return every[:, None] / apart / own
-
-
-@functools.lru_cache(maxsize=MOST_KEPT)
-def _places(n: int, a: Precision) -> Any:
-    """The n Chebyshev nodes in Leja's order."""
-    return nodes(n, a)[_spread(n)]
 
 
 @functools.cache
@@ -230,28 +164,12 @@ def _spread(n: int) -> list[int]:
     return order
 
 
-Level: TypeAlias = list[tuple[int, int]]
-"""Nodes of a divided difference: numbers of successive places in x, and of the phases of each."""
-
-
-def _count(level: Level) -> int:
-    """The number of places in x of a divided difference."""
-    return sum(few_x for few_x, _ in level)
-
-
-def table_sizes(n_x: int, n_phase: int, n: int, fewer: tuple[int, float]) -> list[Level]:
+def table_sizes(n_x: int, n_phase: int, n: int, power: int) -> list[tuple[int, int]]:
     """The numbers of nodes in x and in phase of each of n divided differences of a table."""
-    (power, later_phases), found = fewer, []
-    for k in range(n):
-        share = 1 - (k / n) ** power
-        few_x = min(n_x, SPARE_X + math.ceil(n_x * share))
-        few = min(n_phase, SPARE_PHASES + _phases(n_phase, share))
-        later = few_x // 2 if few_x >= LEAST_DIVIDED and later_phases < 1 else 0
-        halves = (few_x - later, few), (later, min(few, _phases(few, later_phases)))
-        found.append([half for half in halves if half[0]])
-    return found
-
-
-def _phases(n: int, share: float) -> int:
-    """The number of phases for a share of n: always odd, for the reason given in `expansions`."""
-    return math.ceil(n * share) // 2 * 2 + 1
+    shares = [1 - (k / n) ** power for k in range(n)]
+    # Phases are always odd in number, for the reason given in `expansions`.
+    phases_ = [SPARE_PHASES + math.ceil(n_phase * share) // 2 * 2 + 1 for share in shares]
+    return [
+        (min(n_x, SPARE_X + math.ceil(n_x * share)), min(n_phase, few))
+        for share, few in zip(shares, phases_, strict=True)
+    ]

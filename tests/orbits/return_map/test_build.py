@@ -465,7 +465,7 @@ def test_arcs_from_one_chi_end_at_one_phase(rising: bool, bits: int, off: float)
     # Three points of each chi at one energy, and two at the other.
     d = a.array([-0.001, 0, 0.001, -0.001, 0, 0.001, -0.0005, 0.0005])
     chi, counts = a.array([0.5, 0.5, 0.5, 3, 3, 3, 2, 2]), [6, 2]
-    form = TorusForm(nf, h, a, counts, shared=[3, 3, 2])
+    form = TorusForm(nf, h, a, counts, shared=[3, 2])
     arcs = Arcs(a.number(6.0), c, a)
     path, time, late, turned, at = arc_ends(rising, d, chi, form, arcs, a.array([0.5]))
     end = states_at(c.aligned, path[:, 0], (time / 2 + late)[None], bits)[:, 0]

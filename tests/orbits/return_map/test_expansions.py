@@ -1,6 +1,5 @@
 """Expansions and jets: exact on what they can hold, in every arithmetic."""
 
-import itertools
 import math
 from fractions import Fraction
 
@@ -91,27 +90,22 @@ def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int])
     each = np.repeat(matrices, counts, axis=0)
     for terms, most in ((1, 1024), (2_500, 209), (2**20, 1)):
         blocks = list(in_blocks(counts, terms))
-        assert max(len(rows[at]) for _, at, *_ in blocks) == min(most, sum(counts))
-        assert all(len(rows[at]) == sum(here) for _, at, here, _ in blocks)
-        assert all(together is None for *_, together in blocks)
-        found = [
-            grouped(a.array(rows[at]), a.array(matrices[of]), here) for of, at, here, _ in blocks
-        ]
+        assert max(len(rows[at]) for _, at, _ in blocks) == min(most, sum(counts))
+        assert all(len(rows[at]) == sum(here) for _, at, here in blocks)
+        found = [grouped(a.array(rows[at]), a.array(matrices[of]), here) for of, at, here in blocks]
         off = a.floats(np.concatenate(found)) - (rows[:, :, None] * each).sum(1)
         assert np.abs(off).max() < 1e-14
 
 
 def test_points_of_a_phase_stay_together_in_blocks() -> None:
     """Also where those of one phase are more than a block's."""
-    shared = [7] * 100 + [4] * 35, [5] * 60, [1400]
-    counts, phases_ = [sum(of) for of in shared], list(itertools.chain(*shared))
-    blocks = list(in_blocks(counts, shared=phases_))
-    assert [here for _, _, here, _ in blocks] == [[840, 180], [120], [1400]]
-    assert [(at.start, at.stop) for _, at, *_ in blocks] == [(0, 1020), (1020, 1140), (1140, 2540)]
+    counts, shared = [7 * 120, 5 * 60, 1400], [7, 5, 1400]
+    blocks = list(in_blocks(counts, shared=shared))
+    assert [here for *_, here in blocks] == [[840, 180], [120], [1400]]
+    assert [(at.start, at.stop) for _, at, _ in blocks] == [(0, 1020), (1020, 1140), (1140, 2540)]
     assert [(of.start, of.stop) for of, *_ in blocks] == [(0, 2), (1, 2), (2, 3)]
-    assert [own for *_, own in blocks] == [[*shared[0], *[5] * 36], [5] * 24, [1400]]
-    fewest = in_blocks(counts[:2], 2**19 // 8, phases_[:-1])
-    assert [own for *_, own in fewest] == [*[[7]] * 100, *[[4, 4]] * 17, [4], *[[5]] * 60]
+    most = [here for *_, here in in_blocks(counts[:2], 2**19 // 8, shared[:2])]
+    assert most == [[7]] * 120 + [[5]] * 60
 
 
 def test_a_product_without_rows_has_none() -> None:
