@@ -270,8 +270,22 @@ def test_a_theorem_names_the_energies_for_which_it_holds(
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
     config = asked("full_shift")
     config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
-    *_, last = full_shift.theorems(config, {"energies": {"shift": 0.5, "spread": 0.25}})
+    data = {"sets": {"symbol": np.array([])}, "energies": {"shift": 0.5, "spread": 0.25}}
+    *_, last = full_shift.theorems(config, data)
     assert words in last
+
+
+def test_symbols_of_sets_are_those_of_their_orbits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The proof does not use them, but tables and figures show them."""
+    nothing: Any = None
+    arrivals: Any = [Mock(right=right) for right in (True, False)]
+    proven = proof.Proven(arrivals, [[]], nothing, [], [], None, ("", "", ""))
+    monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
+    config = asked("full_shift")
+    said = full_shift.theorems(config, {"sets": {"symbol": np.array([1, 0])}})
+    assert said[0].startswith("0 covering relations hold")
+    with pytest.raises(ArithmeticError, match="the symbols of the sets are not those"):
+        full_shift.theorems(config, {"sets": {"symbol": np.array([1, 1])}})
 
 
 @pytest.mark.slow

@@ -179,7 +179,7 @@ def _add_margins(data: dict[str, Any], proven: Proven, theta2: tuple[float, floa
     found = proven.arrivals
     shortest, longest = np.transpose([each.duration for each in found])
     data["sets"] |= {
-        "symbol": np.array([int(each.right) for each in found]),
+        "symbol": np.array(_symbols(proven)),
         **attributes(("bound", "late"), found),
         "shortest": shortest,
         "longest": longest,
@@ -189,6 +189,11 @@ def _add_margins(data: dict[str, Any], proven: Proven, theta2: tuple[float, floa
     data["line"] |= attributes(of_line, proven.crossed)
     rows = [attributes(RELATIONS, pair) for pair in proven.relations]
     data["relations"] = {name: np.array([row[name] for row in rows]) for name in RELATIONS}
+
+
+def _symbols(proven: Proven) -> list[int]:
+    """The symbol of the passage from each set."""
+    return [int(each.right) for each in proven.arrivals]
 
 
 def drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
@@ -229,6 +234,8 @@ def _values(family: Family, u: Array, v: Array) -> Array:
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves; it is checked again without integration."""
     proven = checked(config, data)
+    if data["sets"]["symbol"].tolist() != _symbols(proven):
+        raise ArithmeticError("the symbols of the sets are not those of the orbits from them")
     count, energies = sum(map(len, proven.relations)), data.get("energies")
     also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
     return [
