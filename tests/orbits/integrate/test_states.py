@@ -14,12 +14,12 @@ from scipy.special import ellipj, ellipk
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients, on_section
 from rigidpend.numbers.exact import context, fraction
-from rigidpend.orbits.integrate import WEIGHTS, states
+from rigidpend.orbits.integrate import WEIGHTS, bigint, states
 from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW_LANES, LANES
 from rigidpend.orbits.integrate.states import at_crossings, first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
-from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC, WAYS, fan, find, task
+from tests.orbits.integrate.problems import ENGINES, FIG4, FREE, GENERIC, WAYS, fan, find, task
 
 K2 = 0.9
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -318,3 +318,11 @@ def test_integers_keep_their_digits_where_motion_is_so_slow_that_series_end_in_z
     by_kernel = states_at(c, begin, times, 212)
     by_integers = states_at(c, begin, times, 150, engine="scipy")
     assert np.abs(by_kernel - by_integers).max() < Fraction(1, 2**140)
+
+
+def test_a_step_in_integers_along_a_steady_rotation_is_one_long() -> None:
+    """Its coefficients vanish: a longer step is not safe, and a shorter one not needed."""
+    c = AlignedCoefficients(*map(fraction, aligned_coefficients(FREE.angles(200), context(150))))
+    rotation = [Fraction(x) for x in (0, 0, "6/5", 0, 0, 1)]
+    step = next(bigint.steps(c, rotation, 150))
+    assert 1 - 2.0 ** (1 - bigint.LENGTH_BITS) <= step.length / 2.0**step.P <= 1
