@@ -399,14 +399,15 @@ class _Finder:
         """The coefficients (H n, terms) in energy and phase, from parts at nodes of both."""
         a, _, energies = self.whole
         n, first = parts[0].shape[-2], 0
-        found = a.zeros((sum(len(x) for x in parts), n, energies))
+        # Laid out as they are kept: a map that was read again has to round as one that is new.
+        found = a.zeros((energies, n, sum(len(x) for x in parts)))
         for part in parts:
             _, few, H = part.shape
-            here = found[first : first + len(part)]
-            first += len(part)
             c = np.matmul(fourier_analysis(few, a), a.array(part))
-            here[:, :few, :H] = np.matmul(c, chebyshev_analysis(H, a).T)
-        return found.transpose(2, 1, 0).reshape(-1, len(found))
+            c = np.matmul(c, chebyshev_analysis(H, a).T)
+            found[:H, :few, first : first + len(part)] = c.transpose(2, 1, 0)
+            first += len(part)
+        return found.reshape(energies * n, first)
 
 
 def _product(A: Any, B: Any) -> Any:
