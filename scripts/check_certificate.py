@@ -786,13 +786,14 @@ def steps_of(fields: dict[str, Any]) -> list[list[Step]]:
 
 
 def same(a: str, b: str) -> bool:
-    """True if two texts say one number; where one is not rational, they agree to 256 bits."""
-    Interval.digits = 512
+    """True if two texts say one number; where one is not rational, they agree to 2 BITS digits."""
+    # An action may be as small as 1e-500, and a phase decide by as many digits as steps have.
+    Interval.digits = 2 * BITS + 256
     x, y = number(a), number(b)
     if isinstance(x, Fraction) and isinstance(y, Fraction):
         return x == y
     apart = Interval.of(x - y)
-    return apart.size.high < 1 << (Interval.digits - 256)
+    return apart.size.high < 1 << 256
 
 
 def stated_by(path: Path) -> dict[str, Any]:

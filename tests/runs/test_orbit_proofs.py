@@ -80,6 +80,7 @@ def test_both_prove_the_code_of_a_start_close_to_the_periodic_orbit(tmp_path: Pa
     succeeded(tmp_path, "find", "fig4", "--code", "1", "--set", setting, "--proof", NAME)
     for believed, text in said_by_both(tmp_path / NAME):
         assert believed, text
+        assert "of A = 2, 1, 3/2; r = 1, 1, 0; mu = 1/1000; h0 = " in text
         assert text.endswith(" 1")
 
 

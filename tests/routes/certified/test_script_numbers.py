@@ -100,6 +100,23 @@ def test_powers_that_take_long_are_refused() -> None:
     assert check_certificate.number("(3/2)**-3") == Fraction(8, 27)
 
 
+@pytest.mark.parametrize(
+    ("one", "other", "equal"),
+    [
+        ("sqrt(8)", "2*sqrt(2)", True),
+        ("pi/2 - pi/2", "0", True),
+        ("sqrt(2)*1e-80", "sqrt(2)*1e-100", False),
+        ("sqrt(2)*1e-500", "sqrt(3)*1e-500", False),
+        ("pi/10", "pi/10 + 2**-4096", False),
+    ],
+)
+def test_numbers_are_the_same_to_more_digits_than_any_proof_uses(
+    monkeypatch: pytest.MonkeyPatch, one: str, other: str, equal: bool
+) -> None:
+    monkeypatch.setattr(Interval, "digits", Interval.digits)
+    assert check_certificate.same(one, other) is equal
+
+
 @pytest.mark.parametrize("operator", [add, sub, mul, truediv])
 def test_operations_contain_the_results_of_all_pairs(
     operator: Callable[[Any, Any], Any],
