@@ -76,16 +76,20 @@ Bilinear: TypeAlias = tuple[Array, Any, Any, Array]
 def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Crossings:
     """Crossings of orbits, one by one, in a precision that begins with `bits` bits and falls.
 
-    The tangent that tells how fast the precision may fall has the same relative size in M and in
-    gamma, so that it contains a part of every growing direction. `GUARD_BITS` keep roundings below
-    the error that is allowed. `bits` are relative to the smallest initial component.
+    The tangent that tells how fast the precision may fall is as large as the state in every
+    component, as roundings are, so that it contains a part of every growing direction. `GUARD_BITS`
+    keep roundings below the error that is allowed. `bits` are relative to the smallest initial
+    component.
     """
     found = []
     for state in orbits.states.T:
+        # Beside a periodic orbit components are tiny. A tangent of the size of |M| would grow by as
+        # much as they do until they are large, though no error of theirs has grown by then.
+        least = min((abs(x) for x in state if x), default=1)
         orbit = ReferenceOrbit(
             orbits.coefficients,
             state,
-            [Fraction(1 / x) for x in _units(state)],
+            [max(abs(x), least) for x in state],
             longest=orbits.passage_limit,
             engine=engine,
             bits=bits + GUARD_BITS,

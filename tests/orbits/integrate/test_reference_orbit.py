@@ -15,9 +15,15 @@ from rigidpend.machine.signals import Stopped
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import neighbours
-from rigidpend.orbits.integrate.reference_orbit import BLOCK, ReferenceOrbit, reference_bits
+from rigidpend.orbits.integrate.reference_orbit import (
+    BLOCK,
+    ReferenceOrbit,
+    crossings,
+    reference_bits,
+)
 from rigidpend.routes.start import Scales, start, states_exact
-from tests.bodies import problem
+from tests.bodies import FIG4, problem
+from tests.orbits.integrate.problems import on_separatrix, task
 
 PROBLEM = problem(n_symbols=2)
 QUARTER = exact("pi/2")
@@ -85,6 +91,26 @@ def test_a_precision_falls_where_growth_has_taken_its_bits_and_no_sooner(
     assert (max(left) > 106) is (bits == BITS)
     used = [call.args[1] for call in advanced.call_args_list]
     assert used == [106 if x <= 106 else 212 for x in left]
+
+
+@pytest.mark.parametrize("J1", [1e-4, 1e-100])
+def test_tiny_components_cost_no_bits_while_they_grow_large(
+    J1: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Roundings of Qp and gamma3 grow as they do, from 1e-50 on: their relative size stays."""
+    used: list[int] = []
+    advanced = ReferenceOrbit.advanced
+
+    def noted(self: ReferenceOrbit, state: Any, bits: int) -> Any:
+        used.append(bits)
+        return advanced(self, state, bits)
+
+    monkeypatch.setattr(ReferenceOrbit, "advanced", noted)
+    one = task(on_separatrix(2, FIG4, J1, 0.7)[:, None], 113, n_crossings=1, passage_limit=1e4)
+    found = crossings(one, 113, "taylor", 2.0**-52)
+    assert found.separatrix[0, 0] == 2
+    # Up to the first crossing nothing else has grown by more than a few bits.
+    assert set(used) == {212}
 
 
 def test_an_orbit_that_does_not_cross_ends() -> None:

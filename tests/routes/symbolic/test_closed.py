@@ -208,6 +208,16 @@ def test_an_orbit_that_does_not_come_to_close_is_not_verified() -> None:
         closing(found)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("bits", [113, 160])
+def test_an_orbit_that_comes_to_close_slowly_is_verified(bits: int) -> None:
+    """Corrections gain some six bits each, for the surfaces are split by 2e-9."""
+    body = Body(("1.349201", "1.047724", "1.078825"), ("0.2698", "0.9629", 0), "0.00767316")
+    found = closing(closed_orbit(body, "0", h="19.5621"), bits)
+    assert found.error < found.expected < 2e-15
+    assert 1e-9 < found.moved < 1e-7
+
+
 def test_a_closed_orbit_stretches_by_its_multiplier() -> None:
     orbit, grown = closed(level(), (0, 1), 11), stretching(chain_of([0, 1] * 20))
     # In the middle the surface's orbit is beside the closed one, whose word has two passages.
