@@ -1,5 +1,6 @@
 """Maps built, refused with a reason, and kept on disk."""
 
+import contextlib
 import functools
 import math
 from pathlib import Path
@@ -240,6 +241,19 @@ def test_orders_are_raised_until_tables_settle_and_those_that_do_not_are_refused
     told = f"in the last of 1 attempts they err by {largest:.2g} .* and {largest:.2g} is allowed"
     with pytest.raises(MapError, match=f"the tables don't settle: {told}"):
         settled(largest, 1)
+
+
+@pytest.mark.parametrize(("off", "refused"), [(0.99e-11, False), (1.01e-11, True)])
+def test_a_map_with_another_exponent_than_the_periodic_orbit_has_is_refused(
+    off: float, refused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def seen(*given: Any) -> checks.Errors:
+        return checks.measured(*given)._replace(floquet=off)
+
+    monkeypatch.setattr(build, "measured", seen)
+    reason = pytest.raises(MapError, match="Lambda_0 differs from the Floquet exponent by 1e-11")
+    with reason if refused else contextlib.nullcontext():
+        build.build(FIG4, exact(H), exact(H), 53)
 
 
 @pytest.mark.parametrize(("bits", "attempts"), [(53, 3), (90, 2)])

@@ -94,6 +94,7 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
     assert max(first.error.max(), second.error.max()) < sharp_module.FINEST_ERROR
     off = [abs(x - y) for x, y in zip(first.theta2_0, second.theta2_0, strict=True)]
     assert max(off) < LAST_DIGIT
+    assert min(first.error.min(), second.error.min()) >= level().displaced(106), "no less is told"
 
 
 # By an integrator that shares nothing with this package, in 51 digits: on either side of these

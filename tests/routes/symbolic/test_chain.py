@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import math
+import re
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
@@ -124,6 +125,13 @@ def test_the_map_and_integration_follow_every_passage() -> None:
     assert not passages(chain._replace(I=-chain.I))[0].any()
 
 
+def test_passages_err_by_what_both_times_may_be_rounded_alike(monkeypatch: Any) -> None:
+    chain = chain_of([0, 1, 1])
+    alike = Mock(time=np.stack((0 * chain.time, chain.time)), separatrix=np.ones((2, 3), np.uint8))
+    monkeypatch.setattr("rigidpend.orbits.integrate.crossings", lambda *_, **__: alike)
+    np.testing.assert_array_equal(passages(chain)[1], 2.0**-51 * chain.time)
+
+
 def test_few_half_rotations_leave_room() -> None:
     made = shortest(system(), 0, 0.0)
     assert np.abs(made.chi / np.pi - made.cells).max() <= INSIDE
@@ -184,10 +192,26 @@ def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
 
 def test_too_few_half_rotations_end_in_a_fold() -> None:
     cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
-    with pytest.raises(NoOrbit, match="The shortest is passage 2:"):
+    with pytest.raises(NoOrbit, match="The shortest is passage 2:") as refused:
         chain_through(system(), cells, 0.0)
+    longer, needed, most = map(float, re.findall(r"\d+\.\d+", str(refused.value)))
+    # In the fold |I| is what the passage before and the downward crossing behind it give at most.
+    here, before = level(), level().invariant(11 + longer)
+    in_fold = needed * here.invariant(longer) / here.invariant(0)
+    assert in_fold == pytest.approx(here.downward_splitting + before, rel=0.05)
+    assert most == pytest.approx(here.splitting, rel=2e-3)
     with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 5 half rotations needs \|I\|"):
         with_half_turns(system(), 0, 0.0, (11, 5, 12, 11, 14))
+
+
+def test_the_reason_that_is_told_is_that_of_the_middle_of_the_last_cell(monkeypatch: Any) -> None:
+    def none(*_: Any, end: float) -> Any:
+        raise NoOrbit(f"none at {end}")
+
+    monkeypatch.setattr("rigidpend.routes.symbolic.shortest.chain_through", none)
+    monkeypatch.setattr("rigidpend.routes.symbolic.shortest.STARTS", 0)
+    with pytest.raises(NoOrbit, match=r"^none at 0\.0$"):
+        with_half_turns(system(), 0, 0.0, TURNS)
 
 
 def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> None:

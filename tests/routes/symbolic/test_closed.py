@@ -131,6 +131,17 @@ def test_wrong_words_are_refused() -> None:
     assert closed_orbit(BODY, "0011", h=H).half_turns < 12
 
 
+@pytest.mark.parametrize("word", ["01", "10"])
+def test_no_orbit_is_found_where_the_tables_end(word: str) -> None:
+    """Its |I| is 0.73 of their width with seven half rotations, and with six three times as much.
+
+    Newton's method converges there too, to what the cut of |I| makes of it.
+    """
+    assert closing(closed_orbit(BODY, word, h=H, half_turns=7)).error < 1e-30
+    with pytest.raises(NoOrbit, match=r"^passage 1 would need \|I\| above 0\.00265, where the tab"):
+        closed_orbit(BODY, word, h=H, half_turns=6)
+
+
 @pytest.mark.parametrize("trace", [-3.0, -2.02, -1.98, 0.0, 1.98, 2.02, 3.0])
 def test_a_multiplier_is_of_its_trace_and_not_inside_of_the_unit_circle(trace: float) -> None:
     """Its inverse is the other one, for the map preserves the area."""

@@ -18,12 +18,14 @@ from rigidpend.orbits.integrate import arithmetic
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.passage import SectionPoint
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.problem import ProblemError
-from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, legs, shortest
+from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, follow, legs, shortest
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
 from rigidpend.routes.symbolic.levels import onward
+from rigidpend.routes.symbolic.refine import refined
 from tests.bodies import FIG4, FIG5, FREE, problem
 from tests.routes.symbolic.fig4 import level
 
@@ -90,6 +92,8 @@ def test_whole_turns_of_a_phase_do_not_count() -> None:
     near, far = (find_orbit(FIG4, "011", **START, near=x) for x in ("1/10", "1/10 + pi*10**20"))
     assert str(near.address) == "a 0^8 1^8 1^13"
     assert far.theta2_0 == near.theta2_0
+    # Of an orbit with another first symbol the cell is taken, and no half rotations.
+    assert str(find_orbit(FIG4, "1", **START, near="1/10", digits=12).address) == "a 1^9"
 
 
 def test_where_a_cell_has_no_orbit_the_other_serves(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -252,6 +256,25 @@ def test_few_digits_fix_the_first_symbols_of_many() -> None:
     assert len(repr(found)) < 500
 
 
+def test_an_orbit_with_other_symbols_by_integration_is_refused(monkeypatch: Any) -> None:
+    def otherwise(*given: Any) -> Any:
+        found = codes_of(*given)
+        return found._replace(codes=1 - found.codes)
+
+    monkeypatch.setattr(find, "codes_of", otherwise)
+    with pytest.raises(NoOrbit, match="integration of the full equations finds other symbols"):
+        find_orbit(FIG4, "a 0^11", **START, digits=12)
+
+
+def test_delays_of_passages_behind_the_map_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    def early(orbits: Any, chain: Any, *given: Any) -> Any:
+        return refined(orbits, chain._replace(time=chain.time - 1e-7), *given)
+
+    monkeypatch.setattr(find, "refined", early)
+    found = find_orbit(FIG4, "a 0^11 1^11", **START, digits=12)
+    assert found.delay == pytest.approx(2e-7, rel=1e-3, abs=0)
+
+
 def test_an_orbit_without_a_symbol_has_no_address() -> None:
     with pytest.raises(MapError, match="no certain symbol"):
         address_of(FREE, 1, **START, n_symbols=3)
@@ -351,6 +374,12 @@ def test_all_phases_of_a_code_are_found_and_of_an_address_those_that_have_it() -
     cells = [round_(f"{cell} 011").theta2_0 for cell in "ab"]
     assert sorted(cells[0] + cells[1]) == list(every.theta2_0)
     assert all(cells)
+
+
+def test_where_the_tables_end_the_address_is_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = round_("011")
+    monkeypatch.setattr(follow, "followed", lambda *_: (Address(0, (), ()), np.zeros(1)))
+    assert round_("011") == right
 
 
 @pytest.mark.slow
