@@ -29,6 +29,7 @@ from rigidpend.routes.symbolic.shortest import (
     MORE_HALF_TURNS,
     alike,
     chain_through,
+    check_possible,
     lessened,
     shortest,
     with_half_turns,
@@ -204,6 +205,20 @@ def test_too_few_half_rotations_end_in_a_fold() -> None:
         with_half_turns(system(), 0, 0.0, (11, 5, 12, 11, 14))
 
 
+@pytest.mark.parametrize(("before", "turns"), [((), 8), ((9,), 6)])
+def test_a_crossing_makes_passages_possible_by_five_quarters_of_the_splitting(
+    before: tuple[int, ...], turns: int
+) -> None:
+    """Added to |I| of the passage before, whose crossings may be a half rotation closer."""
+    here: Any = copy.copy(level())
+    added = here.invariant(turns + 1) - sum(here.invariant(n - 1) for n in before)
+    here.splitting = 1.01 * added / 1.25
+    check_possible(here, (*before, turns))
+    here.splitting = 0.99 * added / 1.25
+    with pytest.raises(NoOrbit, match=f"none exists: passage {len(before) + 1} with {turns} half"):
+        check_possible(here, (*before, turns))
+
+
 def test_the_reason_that_is_told_is_that_of_the_middle_of_the_last_cell(monkeypatch: Any) -> None:
     def none(*_: Any, end: float) -> Any:
         raise NoOrbit(f"none at {end}")
@@ -212,6 +227,12 @@ def test_the_reason_that_is_told_is_that_of_the_middle_of_the_last_cell(monkeypa
     monkeypatch.setattr("rigidpend.routes.symbolic.shortest.STARTS", 0)
     with pytest.raises(NoOrbit, match=r"^none at 0\.0$"):
         with_half_turns(system(), 0, 0.0, TURNS)
+
+
+def test_a_chain_that_is_not_found_at_any_length_is_said_not_to_be(monkeypatch: Any) -> None:
+    monkeypatch.setattr(System, "solved", Mock(side_effect=NoOrbit("none")))
+    with pytest.raises(NoOrbit, match="does not converge even for long passages"):
+        chain_through(system(), CELLS, 0.0)
 
 
 def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> None:

@@ -210,13 +210,19 @@ def test_an_exponent_beside_zero_errs_by_a_root_of_what_its_trace_does(side: int
     assert beside.exponent_error == pytest.approx(math.acosh(1 + off) / n, rel=1e-6)
 
 
-def test_an_orbit_that_does_not_come_to_close_is_not_verified() -> None:
+def test_an_orbit_that_does_not_come_to_close_is_not_verified(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
     found = closed_orbit(body, "1", h="0.25")
     with pytest.raises(
         NoOrbit, match=r"of 1 does not come to close: a correction is .*are split by 3e-14"
     ):
         closing(found)
+    # Nor is one that is corrected once.
+    monkeypatch.setattr("rigidpend.routes.symbolic.closed.GAINED", 100)
+    with pytest.raises(NoOrbit, match=r"the orbit of 0 does not come to close, by \d"):
+        closing(closed(level(), (0,), TURNS))
 
 
 def test_a_closed_orbit_stretches_by_its_multiplier() -> None:

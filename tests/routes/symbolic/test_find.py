@@ -266,6 +266,12 @@ def test_an_orbit_with_other_symbols_by_integration_is_refused(monkeypatch: Any)
         find_orbit(FIG4, "a 0^11", **START, digits=12)
 
 
+def test_digits_that_are_not_gained_are_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rigidpend.routes.symbolic.refine.ROUNDS", 1)
+    with pytest.raises(NoOrbit, match="integration follows the map to 16 digits only"):
+        find_orbit(FIG4, "a 0^11", **START, digits=28)
+
+
 def test_delays_of_passages_behind_the_map_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
     def early(orbits: Any, chain: Any, *given: Any) -> Any:
         return refined(orbits, chain._replace(time=chain.time - 1e-7), *given)
