@@ -42,10 +42,8 @@ def test_an_orbit_makes_room_for_the_next_and_is_the_same_in_any_company(
         assert same(found, tuple(x[..., :n] for x in whole))
 
 
-def test_orbits_are_told_to_be_under_way_until_they_are_done(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    told: list[str] = []
+def test_orbits_are_told_to_be_under_way_until_they_are_done(monkeypatch: Any) -> None:
+    told = list[str]()
     monkeypatch.setattr(batch, "note", lambda text: told.append(text()))
     monkeypatch.setattr(batch, "TOGETHER", {53: 8})
     find(fan(21), "taylor", 53, n_crossings=2)

@@ -124,22 +124,15 @@ def test_wrong_words_are_refused() -> None:
     with pytest.raises(AddressError, match="without half rotations"):
         closed_orbit(BODY, "0^9", h=H)
     for turns in (0, 2.5, "11", 10**30):
-        with pytest.raises(ParameterError, match="half_turns must be a whole number from 1 to"):
+        with pytest.raises(ParameterError, match=r"half_turns must .* from 1 to 999999, got"):
             closed_orbit(BODY, "0011", h=H, half_turns=turns)  # type: ignore[arg-type]
     with pytest.raises(NoOrbit):
         closed_orbit(BODY, "0011", h=H, half_turns=4)
     assert closed_orbit(BODY, "0011", h=H).half_turns < 12
-
-
-@pytest.mark.parametrize("word", ["01", "10"])
-def test_no_orbit_is_found_where_the_tables_end(word: str) -> None:
-    """Its |I| is 0.73 of their width with seven half rotations, and with six three times as much.
-
-    Newton's method converges there too, to what the cut of |I| makes of it.
-    """
-    assert closing(closed_orbit(BODY, word, h=H, half_turns=7)).error < 1e-30
+    # Beyond the tables Newton's method converges too, to what the cut of |I| makes of an orbit.
     with pytest.raises(NoOrbit, match=r"^passage 1 would need \|I\| above 0\.00265, where the tab"):
-        closed_orbit(BODY, word, h=H, half_turns=6)
+        closed_orbit(BODY, "01", h=H, half_turns=6)
+    assert closing(closed_orbit(BODY, "01", h=H, half_turns=7)).error < 1e-30
 
 
 @pytest.mark.parametrize("trace", [-3.0, -2.02, -1.98, 0.0, 1.98, 2.02, 3.0])

@@ -217,6 +217,7 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
             "J1_0 = 1e-400 is too small for the do",
         ),
         (FIG4, "01", {**START, "near": "1e400"}, ProblemError, "near must be a finite double, got"),
+        (FIG4, "01", {**START, "jobs": 0}, ProblemError, "jobs must be a whole number from 1 on"),
         (TOO_HEAVY, "01", START, MapError, "too large|does not reach"),
         (FIG4, "a 0^35", START, NoOrbit, "passage 1 takes so long .* 31 half rotations or fewer"),
         # No orbit changes sides at a downward crossing.
