@@ -42,6 +42,8 @@ def test_the_edges_are_those_of_the_paper_each_once(data: Any) -> None:
     found = list(zip(pairs, edges["symbol"][once].tolist(), strict=True))
     assert len(found) == len(PUBLISHED)
     assert dict(found) == PUBLISHED
+    starred = np.char.endswith([edges["from"], edges["to"]], "*")
+    np.testing.assert_array_equal(edges["J1"], starred)
 
 
 def test_the_arrows_go_as_the_flow_does(content: Any, data: Any) -> None:

@@ -55,7 +55,7 @@ REFUSED = {
         "problem.mu=1.9e-12": "problem.mu: mu >= 1e-12 h0 is broken",
         "problem.M_0=0": "problem.M_0: M_0 > 0 is broken",
         "problem.M_0=0.01": "problem.M_0: h0 = M_0^2/(2 A3) > mu is broken",
-        "problem.J1_0=1e-3": "problem.J1_0: J1_0 < J2_0/2000 is broken",
+        "problem.J1_0=5.20e-4": "problem.J1_0: J1_0 < J2_0/2000 is broken",
         "problem.half_width=1": "problem.half_width: half_width must be more than 1",
         "problem.half_width=100.1": "problem.half_width: half_width must be more than 1",
         "problem.theta2_0.count=10001": "problem.theta2_0: at most 10000 orbits",
@@ -147,6 +147,7 @@ ACCEPTED = {
     "fig1": ["problem.view.elevation=pi/2", "problem.points=9", "problem.heights=[0.001, 0.999]"],
     "fig3": [
         "problem.mu=2e-12",
+        "problem.J1_0=5.18e-4",
         "problem.bodies.b=[2, 1, 1.99999999]",
         "problem.half_width=1.001",
         "problem.half_width=100",

@@ -82,6 +82,7 @@ def test_the_same_content_gives_the_same_bytes_which_others_may_read_as_any_file
     assert other.read_bytes() == path.read_bytes()
     (path.parent / "plain").touch()
     assert path.stat().st_mode == (path.parent / "plain").stat().st_mode
+    assert store.load(path, ratio=0)["data"]["count"] == TREE["count"], "a small one may have any"
 
 
 def test_what_a_layout_asks_for_and_is_not_there_is_not_left_out_in_silence(path: Path) -> None:

@@ -331,7 +331,7 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     with pytest.raises(MapError):
         found(some, heavy, n_symbols=2, method="map")
     with pytest.raises(MapError, match="outside of the normal form"):
-        found(some, n_symbols=2, J1_0="0.3", method="map")
+        found(some, n_symbols=2, J1_0="0.7073", method="map")
     monkeypatch.setattr(costs, "LEAST_SECONDS", 0.0)
     assert not found(some, heavy, n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LONG", 0.0)
@@ -344,7 +344,7 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
 
 
 @pytest.mark.usefixtures("eager")
-@pytest.mark.parametrize("above", ["1e-8", "0.1"])
+@pytest.mark.parametrize("above", ["1e-8", "0.7072"])
 def test_orbits_that_start_beside_the_upper_periodic_orbit_have_no_map(above: str) -> None:
     J1_0 = f"sqrt(2*1.3342*3/4) - {above}"
     with pytest.raises(MapError, match="is above J2_0/2"):

@@ -82,6 +82,8 @@ def test_codes_are_read_as_texts() -> None:
     certain = np.array([[True, True, True], [True, False, True]])
     given: Any = np.arange(3.0), symbols, certain, None, None, None, None
     assert repr(RouteCodes(*given)) == "<routes of 3 orbits; 0: 01, 1: 1?, 2: ..>"
+    twice: Any = np.arange(6.0), np.tile(symbols, 2), np.tile(certain, 2), *given[3:]
+    assert repr(RouteCodes(*twice)).endswith("2: .., 3: 01, 4: 1?, ...>")
 
 
 @pytest.mark.parametrize("walk", [[2, 0], [0, 0], [0, 2], [2, 2], [2, 4], [1, 3], [1, 1]])

@@ -138,6 +138,16 @@ def test_eq_dtheta_is_the_integral_of_eq2(number: int, way: int) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-14)
 
 
+def test_what_is_missed_is_the_part_of_the_integral_before_the_start() -> None:
+    """As large as it is at any phase; J1_0 is a ten thousandth of J2_0."""
+    start, p = problem(FIG4, 1, J1_0="1e-4"), FIG4.angles()
+    J2 = float(start.J2_0(53))
+    motion, phases = SeparatrixMotion(2, 1e-4, J2 - 1e-4, 0.0), (0, math.pi / 2)
+    both = [quad(lambda t, x=x: bracket_on(motion, t, p, math, x), -40, 0)[0] for x in phases]
+    share = math.hypot(*both) / abs(melnikov.amplitude(2, J2, p))
+    assert melnikov.missed(start) == pytest.approx(share, rel=1e-3)
+
+
 def test_the_first_symbol_changes_within_what_is_missed_of_the_integral() -> None:
     """Of some starts without weight to speak of, and nearly as far from the zeros as that."""
     light, shifts = Body(FIG4.A, FIG4.r, "1e-6"), []

@@ -42,6 +42,16 @@ def test_an_orbit_makes_room_for_the_next_and_is_the_same_in_any_company(
         assert same(found, tuple(x[..., :n] for x in whole))
 
 
+def test_orbits_are_told_to_be_under_way_until_they_are_done(monkeypatch: Any) -> None:
+    told = list[str]()
+    monkeypatch.setattr(batch, "note", lambda text: told.append(text()))
+    monkeypatch.setattr(batch, "TOGETHER", {53: 8})
+    find(fan(21), "taylor", 53, n_crossings=2)
+    open_ = [int(x.partition(" of 21 orbits under way in 53 bits, at t' = ")[0]) for x in told]
+    assert open_ == sorted(open_, reverse=True)
+    assert (open_[0], 0 < open_[-1] <= 8) == (21, True)
+
+
 @pytest.mark.parametrize("bits", [53, 106])
 def test_outcome_out_of_steps_is_failed_and_the_next_run_knows_nothing_of_it(
     bits: int, monkeypatch: pytest.MonkeyPatch

@@ -244,6 +244,14 @@ def test_orders_are_raised_until_tables_settle_and_those_that_do_not_are_refused
         settled(largest, 1)
 
 
+def test_a_map_of_another_exponent_than_its_orbit_s_is_refused(monkeypatch: Any) -> None:
+    seen, off = checks.measured, iter((0.99e-11, 1.01e-11))
+    monkeypatch.setattr(build, "measured", lambda *x: seen(*x)._replace(floquet=next(off)))
+    assert build.build(FIG4, exact(H), exact(H), 53).errors.floquet == 0.99e-11
+    with pytest.raises(MapError, match="Lambda_0 differs from the Floquet exponent by 1e-11"):
+        build.build(FIG4, exact(H), exact(H), 53)
+
+
 @pytest.mark.parametrize(("bits", "attempts"), [(53, 3), (90, 2)])
 def test_no_further_terms_are_tried_where_they_give_nothing_in_the_most_bits(
     monkeypatch: pytest.MonkeyPatch, bits: int, attempts: int

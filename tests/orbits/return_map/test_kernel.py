@@ -13,7 +13,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.sum_arrays import SumArray
-from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
+from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.precision import precision
@@ -39,6 +39,20 @@ def drawn() -> tuple[Any, Any]:
     """Phases and energies, -1 to 1 in the interval."""
     random = np.random.default_rng(9)
     return random.uniform(0, 6.28, N), random.uniform(-1, 1, N)
+
+
+def test_starts_have_a_table_as_fine_as_the_normal_form_or_are_outside_of_it(
+    made: ReturnMap, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nf, a = made.normal_form, precision(64)
+    form, starts = TorusForm(nf, a.array([1.3345]), a), program.entry(nf, 1e-5, 0.1, a)
+    Qp, psi = a.array([1e-4, 0.03, 0.1]), a.array([1, 3, 5])
+    at, seen = form.inverted(psi, Qp, 0 * Qp), starts.table.at(form)
+    off = seen.look_up(starts.place(Qp), psi, a) - np.stack((at.v / Qp, at.u / Qp, at.tau))
+    assert a.largest(off) < 64 * a.epsilon
+    monkeypatch.setattr(program, "MOST_NODES", 7)
+    with pytest.raises(MapError, match="the start lies outside of the range of the normal form"):
+        program.entry(nf, 1e-5, 0.1, a)
 
 
 def energy(made: ReturnMap, e: Any) -> Any:

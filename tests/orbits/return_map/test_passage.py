@@ -228,6 +228,14 @@ def test_points_of_the_section_are_those_of_any_unit(rising: bool, unit: str) ->
     np.testing.assert_allclose(told[:2] / of, expected[:2], rtol=4e-16)
 
 
+@pytest.mark.parametrize("bits", [53, 64])
+def test_points_that_an_energy_does_not_allow_are_refused(bits: int) -> None:
+    a = precision(bits)
+    c, far = coefficients(GENERIC.angles(128), "1", a), a.array([3.0])
+    with pytest.raises(MapError, match="the energy is too small for a crossing at such a distance"):
+        section_state(True, far, a.array([0.3]), a.number(H), c, a)
+
+
 @pytest.mark.parametrize("bits", [53, 90])
 @pytest.mark.parametrize("rising", [True, False])
 def test_section_points_are_those_of_the_states_whatever_their_image_and_vertical(

@@ -4,6 +4,7 @@ import copy
 import functools
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -94,6 +95,7 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
     assert max(first.error.max(), second.error.max()) < sharp_module.FINEST_ERROR
     off = [abs(x - y) for x, y in zip(first.theta2_0, second.theta2_0, strict=True)]
     assert max(off) < LAST_DIGIT
+    assert min(first.error.min(), second.error.min()) >= level().displaced(106), "no less is told"
 
 
 # By an integrator that shares nothing with this package, in 51 digits: on either side of these
@@ -212,10 +214,19 @@ def test_orbits_that_doubles_do_not_tell_apart_are_refused_and_found_as_the_reme
     assert len(doubly_asymptotic(thin, skeleton(thin, 2, 36)[2][0]).b) > 100
 
 
-def test_an_orbit_that_is_elsewhere_is_refused() -> None:
+def test_an_orbit_that_is_elsewhere_or_not_told_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     found = orbits(1)
     with pytest.raises(NoOrbit, match="rad from where the map has it"):
         sharp(launch(), found._replace(chain=found.chain._replace(parameter=found.b + 1e-9)))
+    # Where it should end it has left again.
+    with pytest.raises(NoOrbit, match="leaves the periodic orbit before its end"):
+        sharp(launch(), found._replace(V=1e12 * found.V))
+    monkeypatch.setattr(sharp_module, "ROUNDS", 1)
+    with pytest.raises(NoOrbit, match=r"theta2_0 does not settle below \d\S*e-1\d rad"):
+        sharp(launch(), found)
+    monkeypatch.setattr(asymptotic, "track", lambda *_: SimpleNamespace(U=np.ones(721)))
+    with pytest.raises(NoOrbit, match="the asymptotic surfaces do not cross"):
+        skeleton(level(), 0, HALF_TURNS)
 
 
 def test_a_track_that_doubles_do_not_place_is_refused_with_that_reason() -> None:

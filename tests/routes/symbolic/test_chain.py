@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import math
+import re
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
@@ -28,6 +29,7 @@ from rigidpend.routes.symbolic.shortest import (
     MORE_HALF_TURNS,
     alike,
     chain_through,
+    check_possible,
     lessened,
     shortest,
     with_half_turns,
@@ -184,10 +186,43 @@ def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
 
 def test_too_few_half_rotations_end_in_a_fold() -> None:
     cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
-    with pytest.raises(NoOrbit, match="The shortest is passage 2:"):
+    with pytest.raises(NoOrbit, match="The shortest is passage 2:") as refused:
         chain_through(system(), cells, 0.0)
+    longer, needed, most = map(float, re.findall(r"\d+\.\d+", str(refused.value)))
+    # In the fold |I| is what the passage before and the downward crossing behind it give at most.
+    here, before = level(), level().invariant(11 + longer)
+    in_fold = needed * here.invariant(longer) / here.invariant(0)
+    assert in_fold == pytest.approx(here.downward_splitting + before, rel=0.05)
+    assert most == pytest.approx(here.splitting, rel=2e-3)
     with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 5 half rotations needs \|I\|"):
         with_half_turns(system(), 0, 0.0, (11, 5, 12, 11, 14))
+
+
+def test_a_crossing_makes_passages_possible_by_five_quarters_of_the_splitting() -> None:
+    """Beside |I| of the passage before, whose crossings may be a half rotation closer."""
+    here: Any = copy.copy(level())
+    added = here.invariant(7) - here.invariant(8)
+    here.splitting = 1.01 * added / 1.25
+    check_possible(here, (9, 6))
+    here.splitting = 0.99 * added / 1.25
+    with pytest.raises(NoOrbit, match="none exists: passage 2 with 6 half rotations"):
+        check_possible(here, (9, 6))
+
+
+def test_the_reason_that_is_told_is_that_of_the_middle_of_the_last_cell(monkeypatch: Any) -> None:
+    def none(*_: Any, end: float) -> Any:
+        raise NoOrbit(f"none at {end}")
+
+    monkeypatch.setattr("rigidpend.routes.symbolic.shortest.chain_through", none)
+    monkeypatch.setattr("rigidpend.routes.symbolic.shortest.STARTS", 0)
+    with pytest.raises(NoOrbit, match=r"^none at 0\.0$"):
+        with_half_turns(system(), 0, 0.0, TURNS)
+
+
+def test_a_chain_that_is_not_found_at_any_length_is_said_not_to_be(monkeypatch: Any) -> None:
+    monkeypatch.setattr(System, "solved", Mock(side_effect=NoOrbit("none")))
+    with pytest.raises(NoOrbit, match="does not converge even for long passages"):
+        chain_through(system(), CELLS, 0.0)
 
 
 def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> None:

@@ -124,11 +124,15 @@ def test_wrong_words_are_refused() -> None:
     with pytest.raises(AddressError, match="without half rotations"):
         closed_orbit(BODY, "0^9", h=H)
     for turns in (0, 2.5, "11", 10**30):
-        with pytest.raises(ParameterError, match="half_turns must be a whole number from 1 to"):
+        with pytest.raises(ParameterError, match=r"half_turns must .* from 1 to 999999, got"):
             closed_orbit(BODY, "0011", h=H, half_turns=turns)  # type: ignore[arg-type]
     with pytest.raises(NoOrbit):
         closed_orbit(BODY, "0011", h=H, half_turns=4)
     assert closed_orbit(BODY, "0011", h=H).half_turns < 12
+    # Beyond the tables Newton's method converges too, to what the cut of |I| makes of an orbit.
+    with pytest.raises(NoOrbit, match=r"^passage 1 would need \|I\| above 0\.00265, where the tab"):
+        closed_orbit(BODY, "01", h=H, half_turns=6)
+    assert closing(closed_orbit(BODY, "01", h=H, half_turns=7)).error < 1e-30
 
 
 @pytest.mark.parametrize("trace", [-3.0, -2.02, -1.98, 0.0, 1.98, 2.02, 3.0])
@@ -199,13 +203,19 @@ def test_an_exponent_beside_zero_errs_by_a_root_of_what_its_trace_does(side: int
     assert beside.exponent_error == pytest.approx(math.acosh(1 + off) / n, rel=1e-6)
 
 
-def test_an_orbit_that_does_not_come_to_close_is_not_verified() -> None:
+def test_an_orbit_that_does_not_come_to_close_is_not_verified(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
     found = closed_orbit(body, "1", h="0.25")
     with pytest.raises(
         NoOrbit, match=r"of 1 does not come to close: a correction is .*are split by 3e-14"
     ):
         closing(found)
+    # Nor is one that is corrected once.
+    monkeypatch.setattr("rigidpend.routes.symbolic.closed.GAINED", 100)
+    with pytest.raises(NoOrbit, match=r"the orbit of 0 does not come to close, by \d"):
+        closing(closed(level(), (0,), TURNS))
 
 
 @pytest.mark.slow

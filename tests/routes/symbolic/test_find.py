@@ -18,12 +18,14 @@ from rigidpend.orbits.integrate import arithmetic
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.passage import SectionPoint
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.problem import ProblemError
-from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, legs, shortest
+from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, follow, legs, shortest
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
 from rigidpend.routes.symbolic.levels import onward
+from rigidpend.routes.symbolic.refine import refined
 from tests.bodies import FIG4, FIG5, FREE, problem
 from tests.routes.symbolic.fig4 import level
 
@@ -90,6 +92,8 @@ def test_whole_turns_of_a_phase_do_not_count() -> None:
     near, far = (find_orbit(FIG4, "011", **START, near=x) for x in ("1/10", "1/10 + pi*10**20"))
     assert str(near.address) == "a 0^8 1^8 1^13"
     assert far.theta2_0 == near.theta2_0
+    # Of an orbit with another first symbol the cell is taken, and no half rotations.
+    assert str(find_orbit(FIG4, "1", **START, near="1/10", digits=12).address) == "a 1^9"
 
 
 def test_where_a_cell_has_no_orbit_the_other_serves(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,6 +217,7 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
             "J1_0 = 1e-400 is too small for the do",
         ),
         (FIG4, "01", {**START, "near": "1e400"}, ProblemError, "near must be a finite double, got"),
+        (FIG4, "01", {**START, "jobs": 0}, ProblemError, "jobs must be a whole number from 1 on"),
         (TOO_HEAVY, "01", START, MapError, "too large|does not reach"),
         (FIG4, "a 0^35", START, NoOrbit, "passage 1 takes so long .* 31 half rotations or fewer"),
         # No orbit changes sides at a downward crossing.
@@ -250,6 +255,31 @@ def test_few_digits_fix_the_first_symbols_of_many() -> None:
     np.testing.assert_array_equal(found.symbols, code)
     assert len(set(found.address.half_turns or ())) == 1
     assert len(repr(found)) < 500
+
+
+def test_an_orbit_with_other_symbols_by_integration_is_refused(monkeypatch: Any) -> None:
+    def otherwise(*given: Any) -> Any:
+        found = codes_of(*given)
+        return found._replace(codes=1 - found.codes)
+
+    monkeypatch.setattr(find, "codes_of", otherwise)
+    with pytest.raises(NoOrbit, match="integration of the full equations finds other symbols"):
+        find_orbit(FIG4, "a 0^11", **START, digits=12)
+
+
+def test_digits_that_are_not_gained_are_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rigidpend.routes.symbolic.refine.ROUNDS", 1)
+    with pytest.raises(NoOrbit, match="integration follows the map to 16 digits only"):
+        find_orbit(FIG4, "a 0^11", **START, digits=28)
+
+
+def test_delays_of_passages_behind_the_map_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    def early(orbits: Any, chain: Any, *given: Any) -> Any:
+        return refined(orbits, chain._replace(time=chain.time - 1e-7), *given)
+
+    monkeypatch.setattr(find, "refined", early)
+    found = find_orbit(FIG4, "a 0^11 1^11", **START, digits=12)
+    assert found.delay == pytest.approx(2e-7, rel=1e-3, abs=0)
 
 
 def test_an_orbit_without_a_symbol_has_no_address() -> None:
@@ -351,6 +381,12 @@ def test_all_phases_of_a_code_are_found_and_of_an_address_those_that_have_it() -
     cells = [round_(f"{cell} 011").theta2_0 for cell in "ab"]
     assert sorted(cells[0] + cells[1]) == list(every.theta2_0)
     assert all(cells)
+
+
+def test_where_the_tables_end_the_address_is_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = round_("011")
+    monkeypatch.setattr(follow, "followed", lambda *_: (Address(0, (), ()), np.zeros(1)))
+    assert round_("011") == right
 
 
 @pytest.mark.slow
