@@ -5,7 +5,6 @@ import errno
 import json
 import os
 import random
-import resource
 import shutil
 import subprocess
 import sys
@@ -209,16 +208,16 @@ PACKED = {"compression": "gzip", "shuffle": True, "fletcher32": True}
     ("changes", "layout", "most", "objects", "said"),
     [
         # A text is 8 bytes, a pointer, and each array 80.
-        ({}, DOUBLES, 168, 5, "5"),
+        ({}, DOUBLES, 168, 5, ""),
         ({}, DOUBLES, 167, 5, "data/b is too large"),
         ({}, DOUBLES, 168, 4, "data has 2 members, too many"),
-        ({"chunks": (10,)}, DOUBLES, 248, 5, "5"),
+        ({"chunks": (10,)}, DOUBLES, 248, 5, ""),
         ({"chunks": (10,)}, DOUBLES, 247, 5, "data/b is stored in pieces that are too large"),
         ({"data": np.zeros(0)}, Field(FLOAT, ("n+1",), "1", "ends"), 500, 5, "another shape"),
-        ({"chunks": (10,), **PACKED}, DOUBLES, 248, 5, "5"),
+        ({"chunks": (10,), **PACKED}, DOUBLES, 248, 5, ""),
         # HDF5 has no filter of this kind by itself.
         ({"compression": "lzf"}, DOUBLES, 500, 5, "data/a is stored through an unknown filter"),
-        ({"data": np.zeros(10, "S4096")}, TEXTS, 10**5, 5, "5"),
+        ({"data": np.zeros(10, "S4096")}, TEXTS, 10**5, 5, ""),
         ({"data": np.zeros(10, "S4097")}, TEXTS, 10**5, 5, "data/a does not hold texts"),
     ],
 )
@@ -231,11 +230,12 @@ def test_limits_are_those_of_all_arrays_together(
         for name in "ab":
             file.create_dataset(f"data/{name}", **{"data": np.zeros(10), **changes})
         root = h5py.h5g.open(file.id, b"/")
+        found = ""
         try:
-            found = str(structure.Checker(most).file(root, {"a": layout, "b": layout}))
+            structure.Checker(most).file(root, {"a": layout, "b": layout})
         except StoreError as error:
             found = str(error)
-    assert said in found
+    assert (said in found, bool(found)) == (True, bool(said))
 
 
 @pytest.mark.parametrize("error", [RuntimeError("mine"), OSError("mine"), KeyError("mine")])
@@ -324,11 +324,6 @@ def busy() -> None:
         pass
 
 
-def granted() -> None:
-    damage.grant(1446)
-    raise RuntimeError(f"{resource.getrlimit(resource.RLIMIT_CPU)[0]} s")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("act", "patience", "said"),
@@ -338,13 +333,12 @@ def granted() -> None:
         (lambda: time.sleep(60), 1, damage.TOO_LONG),
         (busy, 30, damage.TOO_LONG),
         (lambda: [0] * 2**31, 30, "more memory than its size allows"),
-        (granted, 30, "6 s"),
     ],
 )
 def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
     monkeypatch: pytest.MonkeyPatch, act: Callable[[], Any], patience: int, said: str
 ) -> None:
-    """What is busy is ended by the processor's time, which is granted to a file by its objects."""
+    """What is busy is ended by the processor's time."""
     parent, begun = os.getpid(), time.monotonic()
 
     def read() -> None:
@@ -353,7 +347,7 @@ def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
 
     monkeypatch.setattr(damage, "PATIENCE", patience)
     monkeypatch.setattr(damage, "ALLOWANCE", 1)
-    assert damage.seconds(3 * 2**19) == 4
+    assert damage.seconds(3 * 2**18) == 4
     with pytest.raises(ValueError, match=said):
         damage.tried(read, 0, 2**30)
     assert time.monotonic() - begun < 30
