@@ -359,15 +359,6 @@ def test_an_outline_tells_attributes_with_kind_and_dimensions(path: Path) -> Non
     assert found["/data/zebra/codes"] == told
 
 
-def test_the_next_writer_removes_what_a_killed_one_left_a_day_ago(path: Path) -> None:
-    old, new, other = (path.with_name(f".{x}.part") for x in ("x.h5.a", "x.h5.b", "y.h5.a"))
-    for each, age in ((old, files.DAY + 60), (new, files.DAY - 60), (other, 2 * files.DAY)):
-        each.write_bytes(b"half")
-        os.utime(each, (time.time() - age,) * 2)
-    store.write(path, LAYOUT, OTHER, *TOLD)
-    assert [each.exists() for each in (old, new, other)] == [False, True, True]
-
-
 FORKING = """
 import os, warnings
 from rigidpend.results import damage
