@@ -67,7 +67,7 @@ def elsewhere(virtual: bool) -> Change:
         del file[CODES]
         other = str(folder / "source.h5")
         with h5py.File(other, "w") as source:
-            source["x"] = np.arange(5, dtype="u1")
+            source["x"] = np.zeros(5, dtype="u1")
         if virtual:
             layout = h5py.VirtualLayout((5,), "u1")
             layout[:] = h5py.VirtualSource(other, "x", (5,))
@@ -157,7 +157,7 @@ ATTACKS: dict[str, tuple[Any, ...]] = {
     "no values at all": (made(TIMES, data=h5py.Empty("f8")),),
     "group for an array": (lambda file, _: (file.pop(TIMES), file.create_group(TIMES))[0],),
     "array for a group": (made("data/case1", data=np.zeros(3)),),
-    "NaN": (filled(TIMES, np.nan),),
+    "NaN": (filled("data/case1/theta1", np.nan),),
     "no such separatrix": (filled("data/case1/separatrix", 200),),
     "samples far away": (filled("data/case1/wound", 2**62),),
     "offsets": (filled("data/bodies/a/S1_minus/offsets", 2**62), "fig3"),
