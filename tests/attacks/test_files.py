@@ -149,7 +149,6 @@ ATTACKS: dict[str, tuple[Any, ...]] = {
     "nested groups": (nested,),
     "cycle of groups": (lambda file, _: file.__setitem__("data/case1/again", file["data"]),),
     "crowd of groups": (crowd,),
-    "another filter": (made(CODES, (5,), "u1", chunks=(5,), compression="lzf"),),
     "structure": (made(CODES, (5,), [("a", "u1"), ("b", "f8")]),),
     "texts for symbols": (made(CODES, data=["a"] * 5, dtype=h5py.string_dtype()),),
     "another shape": (made(TIMES, data=np.zeros(7)),),

@@ -107,14 +107,6 @@ def test_blocks_of_a_group_inside_another_are_written_where_they_belong(tmp_path
         np.testing.assert_array_equal(file["data/inner/codes"][:], 3 + CODES)
 
 
-def test_who_reads_the_old_file_is_not_disturbed_by_a_new_one(path: Path) -> None:
-    with store.opened(path) as file:
-        store.write(path, LAYOUT, OTHER, *TOLD)
-        np.testing.assert_array_equal(file["data/zebra/codes"][:], CODES)
-    with store.opened(path) as file:
-        assert file["data/count"][()] == 8
-
-
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), SystemExit()])
 @pytest.mark.parametrize("function", ["fsync", "replace"])
 def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
