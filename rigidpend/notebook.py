@@ -319,7 +319,7 @@ def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
 
     Raises
     ------
-    ProblemError
+    ParameterError
         h0 or J1_0 is out of range.
     """
     from rigidpend.config.theory import rows

@@ -51,7 +51,6 @@ def test_a_run_is_named_by_what_is_set_and_done_once(result: Any) -> None:
 
 @pytest.mark.slow
 def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None:
-    pytest.importorskip("xarray")
     codes = result["only"]["codes"]
     assert codes.dims == ("symbols", "columns")
     assert codes.attrs["units"] == "1"
@@ -66,7 +65,6 @@ def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None
 @pytest.mark.parametrize("name", ["fig3", "fig4_zoom", "asymptotic_orbits"])
 def test_every_stored_array_is_in_the_tree(name: str) -> None:
     """Of groups of one kind, of several and inside each other."""
-    pytest.importorskip("xarray")
     loaded = rigidpend.load(REFERENCE / f"{name}.h5")
     arrays = list(pairs(loaded.data, loaded.values))
     assert len(arrays) >= 7
@@ -174,7 +172,6 @@ def test_a_result_that_is_not_there_is_said(tmp_path: Path, name: str, said: str
 def test_every_cell_of_the_notebooks_runs_and_is_shown_with_its_outcome(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("xarray")
     monkeypatch.chdir(tmp_path)
     tour, codes = (
         notebooks.page(ROOT / "docs" / f"{name}.ipynb", tmp_path) for name in ("notebook", "codes")

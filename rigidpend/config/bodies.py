@@ -109,12 +109,12 @@ class WeightedBodies(Part):
 
     @model_validator(mode="after")
     def _energy(self) -> Self:
-        from rigidpend.routes.problem import LEAST_MU, ProblemError, check_energy
+        from rigidpend.routes.problem import LEAST_MU, check_energy
 
         check_energy("h0", self.h0, self.mu[-1])
         if not (self.mu[0] / self.h0).at(53) > LEAST_MU:
             message = f"mu = {self.mu[0]} is below {LEAST_MU} h0, too small for doubles"
-            raise ProblemError("mu", message)
+            raise ParameterError("mu", message)
         return self
 
 

@@ -23,8 +23,6 @@ MOST_VALUES = 10_000
 """Most values in a config, so that any config is read and checked within about a second."""
 MOST_DEPTH = 32
 """Deepest nesting: configs need five levels, and recursion stays far from Python's limit."""
-MOST_SCALAR = 10_000
-"""Most characters of a value, more than any number that `numbers` reads."""
 WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
 """Words that are not texts unless they are quoted, as in YAML 1.2."""
 
@@ -186,8 +184,6 @@ def _refused(event: Any) -> str:
     if event.tag is not None:
         return f"the tag {event.tag} is not allowed"
     value = getattr(event, "value", "")
-    if len(value) > MOST_SCALAR:
-        return f"a value of {len(value)} characters: at most {MOST_SCALAR} are allowed"
     # By YAML's escapes a text could contain control characters, or half of a
     # surrogate pair, which no file can store.
     if any(

@@ -232,7 +232,7 @@ class Numerics(DoubleNumerics):
 class ExperimentConfig(Part):
     """A whole config; each experiment's `Config` adds its `problem`, and `numerics` if any."""
 
-    figure: str = ""
+    figure: Annotated[str, StringConstraints(max_length=100)] = ""
     """Name of the figure it makes, if it has one; a number is the paper's."""
     experiment: str
     """The name of the experiment."""

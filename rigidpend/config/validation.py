@@ -15,7 +15,7 @@ PLAIN = {
     "tuple_type": "expected a list",
     "string_type": "expected text",
     "string_pattern_mismatch": "expected a letter (A to Z, a to z), then letters, digits and _",
-    "string_too_long": "expected a word of at most {max_length} letters",
+    "string_too_long": "expected text of at most {max_length} characters",
     "too_short": "expected at least {min_length}",
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",

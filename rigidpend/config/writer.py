@@ -10,8 +10,9 @@ from typing import Any
 import yaml
 from pydantic import BaseModel
 
+from rigidpend.config.overrides import in_one_line
 from rigidpend.config.schema import comment, nested
-from rigidpend.numbers.expressions import as_written
+from rigidpend.numbers.expressions import everywhere
 
 WIDTH, BESIDE = 80, 36
 """Characters of a line, and of the longest value with its comment beside it."""
@@ -137,12 +138,6 @@ def sentence(found: Mapping[str, tuple[Any, Any]]) -> str:
     return f"{shown}, and {more} more" if more > 0 else shown
 
 
-def written(value: Any, key: str = "") -> str:
+def written(value: Any, key: str) -> str:
     """Write the value of a key of a resolved config as YAML in one line."""
-    if value is None:
-        return WORDS.get(key, "auto")
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key}: {written(x, key)}" for key, x in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(written, value))}]"
-    return as_written(str(value))
+    return WORDS.get(key, "auto") if value is None else in_one_line(everywhere(value))

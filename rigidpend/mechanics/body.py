@@ -28,14 +28,10 @@ OUTSIDE = (
 """Reason for the condition r3 = 0, for messages."""
 
 
-class BodyError(ParameterError):
-    """Error: a body that the paper's conditions exclude; names the condition and the values."""
-
-
-def check_units(name: str, energy: Exact, error: type[ParameterError] = ParameterError) -> None:
+def check_units(name: str, energy: Exact) -> None:
     """Refuse an energy far from 1, which other units would bring closer to 1."""
     if not 1 / context(113).mpf(FARTHEST_ENERGY) <= energy.at(113) <= FARTHEST_ENERGY:
-        raise error(
+        raise ParameterError(
             name,
             f"{name} = {energy} is outside of {1 / FARTHEST_ENERGY} to {FARTHEST_ENERGY:g}: take"
             f" other units; {name} and mu times a number, actions times its root, are the same"
@@ -82,7 +78,7 @@ class Body:
 
     Raises
     ------
-    BodyError
+    ParameterError
         A condition is broken.
 
     Examples
@@ -99,7 +95,7 @@ class Body:
     def __init__(self, A: Sequence[Any], r: Sequence[Any], mu: Scalar) -> None:
         # The class is frozen, so that bodies are keys of caches; this way the fields can be set.
         object.__setattr__(self, "A", _triple("A", A))
-        object.__setattr__(self, "mu", checked.number("mu", mu, BodyError))
+        object.__setattr__(self, "mu", checked.number("mu", mu))
         _check_moments(self.A)
         _check_weight(self.mu)
         object.__setattr__(self, "r", _unit(_triple("r", r)))
@@ -120,15 +116,15 @@ class Body:
             The largest moment of inertia, which sets the scale.
         """
         alpha, beta, gamma = (
-            checked.number(name, value, BodyError)
+            checked.number(name, value)
             for name, value in (("alpha0", alpha0), ("beta0", beta0), ("gamma0", gamma0))
         )
         # In 113 bits, since an angle may be closer to pi than doubles can tell.
         if not 0 < gamma.at(113) < alpha.at(113) < PI.at(113):
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
-            raise BodyError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
+            raise ParameterError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
         half_alpha, half_gamma = alpha / 2, gamma / 2
-        a1 = checked.number("A1", A1, BodyError)
+        a1 = checked.number("A1", A1)
         a3 = a1 * (function("sin", half_gamma) / function("sin", half_alpha)) ** 2
         a2 = a3 * (function("cos", half_alpha) / function("cos", half_gamma)) ** 2
         return cls((a1, a2, a3), direction(beta), mu)
@@ -182,11 +178,11 @@ class Body:
 
 
 def direction(beta0: Exact) -> tuple[Exact, Exact, Exact]:
-    """Direction r of the centre of gravity by (phi); BodyError unless 0 <= beta0 <= pi, radians."""
+    """Direction r of the centre of gravity by (phi), of beta0 in radians from 0 to pi."""
     # beta0 = 0 and pi are cases of (trieq): a double that is meant as one of them must not fail by
     # its rounding.
     if not -SAME_WITHIN <= beta0.at(113) <= PI.at(113) + SAME_WITHIN:
-        raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta0)}")
+        raise ParameterError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta0)}")
     return function("cos", beta0 / 2), function("sin", beta0 / 2), exact(0)
 
 
@@ -232,11 +228,11 @@ def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
         # A text of three characters would unpack too.
         x, y, z = () if isinstance(values, str | bytes) else values
     except (TypeError, ValueError):
-        raise BodyError(name, f"{message}, got {named(values)}") from None
+        raise ParameterError(name, f"{message}, got {named(values)}") from None
     try:
         return exact(x), exact(y), exact(z)
     except ExactError as error:
-        raise BodyError(name, f"{message}: {error}") from None
+        raise ParameterError(name, f"{message}: {error}") from None
 
 
 # These checks are kept, since the members of a sweep share most of their bodies.
@@ -262,16 +258,16 @@ def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
 def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
     for number, moment in enumerate(A, 1):
         if not moment.at(113) > 0:
-            raise BodyError("A", f"A{number} > 0 is broken: {_shown('A', A)}")
+            raise ParameterError("A", f"A{number} > 0 is broken: {_shown('A', A)}")
     # Of any order: relabelled axes would not mend it.
     most = max(range(3), key=lambda i: A[i].at(113))
     i, k = (place for place in range(3) if place != most)
     if _negative(A[i] + A[k] - A[most], A[most]):
         said = f"A{i + 1} + A{k + 1} >= A{most + 1} (the triangle inequality)"
-        raise BodyError("A", f"{said} is broken: {_shown('A', A)}; no body has such moments")
+        raise ParameterError("A", f"{said} is broken: {_shown('A', A)}; no body has such moments")
     A1, A2, A3 = A
     if not ((A1 - A3).at(113) > 0 and (A3 - A2).at(113) > 0):
-        raise BodyError("A", f"A1 > A3 > A2 is broken: {_shown('A', A)}; {_relabelled(A)}")
+        raise ParameterError("A", f"A1 > A3 > A2 is broken: {_shown('A', A)}; {_relabelled(A)}")
 
 
 def _relabelled(A: Sequence[Exact]) -> str:
@@ -290,20 +286,20 @@ def _relabelled(A: Sequence[Exact]) -> str:
 
 def _check_direction(r: tuple[Exact, Exact, Exact], square: Exact) -> None:
     if r[2].fraction != 0:
-        raise BodyError("r", f"r3 = 0 is broken: {_shown('r', r)}; {OUTSIDE}")
+        raise ParameterError("r", f"r3 = 0 is broken: {_shown('r', r)}; {OUTSIDE}")
     if not square.at(113) > 0:
-        raise BodyError("r", f"r must have a direction: {_shown('r', r)}")
+        raise ParameterError("r", f"r must have a direction: {_shown('r', r)}")
     if any(_negative(x, function("sqrt", square)) for x in r[:2]):
         turned = ", ".join(_written(x).removeprefix("-") for x in r)
         broken = f"r1, r2 >= 0 is broken: {_shown('r', r)}"
-        raise BodyError("r", f"{broken}; turn the axes by pi: r = [{turned}]")
+        raise ParameterError("r", f"{broken}; turn the axes by pi: r = [{turned}]")
 
 
 def _check_weight(mu: Exact) -> None:
     if mu.at(113) < 0:
         size = _written(mu).removeprefix("-")
         message = f"mu >= 0 is broken: mu = {_written(mu)}; turn r round and take {size}"
-        raise BodyError("mu", message)
+        raise ParameterError("mu", message)
 
 
 def _negative(x: Exact, scale: Exact) -> bool:

@@ -1,7 +1,7 @@
 """Checks of arguments of public functions: each is taken exactly, or refused in a sentence.
 
 Configs and functions share these checks, so that a value is refused in the same way everywhere. The
-sentence names the argument; it is that of the `error` class, by default ParameterError.
+sentence, of a ParameterError, names the argument.
 """
 
 from __future__ import annotations
@@ -41,20 +41,15 @@ class ParameterError(ValueError):
         return str(self.args[1])
 
 
-Error = type[ParameterError]
-
-
-def number(name: str, value: Any, error: Error = ParameterError) -> Exact:
+def number(name: str, value: Any) -> Exact:
     """The exact number of a value; see :func:`rigidpend.numbers.exact.exact`."""
     try:
         return exact(value)
     except ExactError as wrong:
-        raise error(name, f"{name}: {wrong}") from None
+        raise ParameterError(name, f"{name}: {wrong}") from None
 
 
-def whole(
-    name: str, value: Any, least: int, most: int | None = None, error: Error = ParameterError
-) -> int:
+def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
     """A whole number from `least` to `most`, as an int, which unlike NumPy's cannot overflow."""
     try:
         # Python's bool has an index, though nobody means it as a number; NumPy's has none.
@@ -63,33 +58,35 @@ def whole(
         found = None
     if found is None or found < least or (most is not None and found > most):
         limits = f"from {least} on" if most is None else f"from {least} to {most}"
-        raise error(name, f"{name} must be a whole number {limits}, got {named(value)}")
+        raise ParameterError(name, f"{name} must be a whole number {limits}, got {named(value)}")
     return found
 
 
-def of_kind(name: str, value: Any, kind: Any, error: Error = ParameterError) -> Any:
+def of_kind(name: str, value: Any, kind: Any) -> Any:
     """A value, if it is of a given type."""
     if not isinstance(value, kind):
-        raise error(name, f"{name} must be a {kind.__name__}, got {named(value)}")
+        raise ParameterError(name, f"{name} must be a {kind.__name__}, got {named(value)}")
     return value
 
 
-def path(name: str, value: Any, error: Error = ParameterError) -> Path:
+def path(name: str, value: Any) -> Path:
     """The path of a file or a folder, if systems can take it as a name."""
     text = str(value) if isinstance(value, str | Path) else ""
     if not text or "\0" in text or len(text) > LONGEST:
-        raise error(name, f"{name} must be a path, as a text or a Path, got {named(value)}")
+        raise ParameterError(
+            name, f"{name} must be a path, as a text or a Path, got {named(value)}"
+        )
     return Path(value)
 
 
-def choice(name: str, value: Any, known: Sequence[str], error: Error = ParameterError) -> str:
+def choice(name: str, value: Any, known: Sequence[str]) -> str:
     """A word, if it is one of the known ones."""
     if not isinstance(value, str) or value not in known:
-        raise error(name, f"{name} must be one of {', '.join(known)}, got {named(value)}")
+        raise ParameterError(name, f"{name} must be one of {', '.join(known)}, got {named(value)}")
     return value
 
 
-def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
+def precisions(values: Any) -> tuple[int, ...]:
     """Working precisions in bits, ascending; what one cannot decide goes to the next."""
     try:
         ladder = tuple(map(operator.index, values))
@@ -97,12 +94,12 @@ def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
         ladder = ()
     if not ladder or not 53 <= min(ladder) <= max(ladder) <= FINEST_BITS:
         message = f"precisions must be whole numbers of bits from 53 to {FINEST_BITS}"
-        raise error("precisions", f"{message}, got {named(values)}")
+        raise ParameterError("precisions", f"{message}, got {named(values)}")
     for low, high in pairwise(ladder):
         if high <= low:
-            raise error("precisions", f"precisions must ascend, got {named(values)}")
+            raise ParameterError("precisions", f"precisions must ascend, got {named(values)}")
         if high - low < GAP_BITS:
-            raise error(
+            raise ParameterError(
                 "precisions",
                 f"precisions {low} and {high} are too close: computations that differ by fewer"
                 f" than {GAP_BITS} bits err too much alike for their agreement to tell enough; take"

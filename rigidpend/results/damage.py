@@ -27,17 +27,12 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 PATIENCE = 30
 """Seconds after which another process that reads a file is assumed to hang."""
-ALLOWANCE, RATE = 5, 2**19
+ALLOWANCE, RATE = 5, 2**18
 """Seconds of processor time that reading any file may take, and bytes for each further second.
 
 One second was too few for a tracer that counts lines on a slow machine: sound files were refused.
-A small object takes some 500 bytes in a file, and 0.17 ms until its structure is checked: 0.18 s
-for `RATE` bytes."""
-OBJECT_SECONDS = 4e-3
-"""Further seconds for each object, after the structure is found sound.
-
-An object takes some 0.5 ms: 0.7 s for the 1446 objects of a stored `stress`. Tracers, and slow or
-crowded machines, take several times as long."""
+A file of small objects takes longest: of a stored `bench` `RATE` bytes take 0.2 s. Tracers, and
+slow or crowded machines, take several times as long."""
 ROOM = 2**27
 """Bytes of memory for what HDF5 itself needs."""
 CANNOT = "damaged: HDF5 cannot read it"
@@ -138,15 +133,6 @@ def _try(read: Callable[[], Any], into: int, seconds: int, memory: int) -> NoRet
         os._exit(0)
 
 
-def grant(objects: int) -> None:
-    """Extend the time limit of this child process by the time for a number of objects."""
-    import resource
-
-    with contextlib.suppress(OSError, ValueError):
-        soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (soft + int(OBJECT_SECONDS * objects), hard))
-
-
 def _bound(seconds: int, memory: int) -> None:
     import faulthandler
     import resource
@@ -160,5 +146,5 @@ def _bound(seconds: int, memory: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     with contextlib.suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        # The soft limit, which `grant` may raise, ends the child by a signal that names the reason.
+        # The soft limit ends the child by a signal that names the reason.
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + PATIENCE))

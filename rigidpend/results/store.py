@@ -44,7 +44,7 @@ from rigidpend.machine import files
 from rigidpend.machine.files import Absent, StoreError, prepare, sealed
 from rigidpend.machine.wording import short
 from rigidpend.results import structure
-from rigidpend.results.damage import grant, intact, tried
+from rigidpend.results.damage import intact, tried
 from rigidpend.results.structure import Checker, Unfit, told
 
 Attributes: TypeAlias = Mapping[str, Any]
@@ -181,12 +181,12 @@ def opened(
         image = intact(files.content(path))
         most = min(files.MOST_BYTES, max(LEAST_BYTES, ratio * len(image)))
 
-        def checked(file: h5py.File) -> int:
-            return _check(path, file, most, layout)
+        def checked(file: h5py.File) -> None:
+            _check(path, file, most, layout)
 
         def trial() -> None:
             with h5py.File.in_memory(image) as file:
-                grant(checked(file))
+                checked(file)
                 file.visititems(lambda _, node: _look(node, whole))
 
         digest = hashlib.sha256(image).digest()
@@ -226,8 +226,8 @@ def _look(node: Any, whole: bool) -> None:
         node[()]
 
 
-def _check(path: Path, file: h5py.File, most_bytes: int, layout: Layout | None) -> int:
-    """Check the root attributes of a file, then its structure; return the number of its objects."""
+def _check(path: Path, file: h5py.File, most_bytes: int, layout: Layout | None) -> None:
+    """Check the root attributes of a file, then its structure."""
     root = h5g.open(file.id, b"/")
     structure.attributes("/", root)
     given = dict(file.attrs)
@@ -244,7 +244,7 @@ def _check(path: Path, file: h5py.File, most_bytes: int, layout: Layout | None) 
     if layout is None and "experiment" not in given:
         raise Unfit("it does not name its experiment")
     try:
-        return Checker(most_bytes).file(root, layout or experiments.layout(given["experiment"]))
+        Checker(most_bytes).file(root, layout or experiments.layout(given["experiment"]))
     except experiments.UnknownExperiment as error:
         raise Unfit(str(error)) from None
 

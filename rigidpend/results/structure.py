@@ -56,11 +56,10 @@ class Checker:
     def __init__(self, most_bytes: int) -> None:
         self._left, self._objects = most_bytes, OBJECTS
 
-    def file(self, root: h5g.GroupID, layout: Layout) -> int:
-        """Check a whole file against a layout; return the number of its objects, or raise Unfit."""
+    def file(self, root: h5g.GroupID, layout: Layout) -> None:
+        """Check a whole file against a layout; raise Unfit."""
         top: Layout = {"config": Field(TEXT), "provenance": {}, "data": layout}
         self._group("", root, top, {})
-        return OBJECTS - self._objects
 
     def _visit(self, place: str, node: Any, layout: Field | Layout, sizes: dict[str, int]) -> None:
         """Check an object against its part of the layout."""

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side, spread
-from rigidpend.mechanics.body import Body, BodyError, direction
+from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import Scalar
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact, function
 from rigidpend.orbits import columns, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
@@ -72,7 +73,7 @@ def _changed(body: Body, values: tuple[tuple[str, Scalar], ...]) -> Body:
             r = direction(exact(value))
         else:
             if not 0 < float(value) < math.pi:
-                raise BodyError("alpha0", f"pi > alpha0 > 0 is broken: alpha0 = {value}")
+                raise ParameterError("alpha0", f"pi > alpha0 > 0 is broken: alpha0 = {value}")
             (A1, A2, _), cos = A, function("cos", exact(value) / 2)
             # A1 and A2 are kept: alpha0 is reached by the A3 between them at which (phi) gives it.
             A = A1, A2, A1 * A2 / (A2 + (A1 - A2) * cos**2)

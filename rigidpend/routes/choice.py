@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Compute, Decided
 from rigidpend.routes.ladder import Columns, rungs
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run, abreast
 from rigidpend.routes.start import Scales
 
@@ -84,20 +85,20 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
 
     Raises
     ------
-    ProblemError
+    ParameterError
         The method is not known, or it is "map" and the precisions do not begin with doubles.
     MapError
         The method is "map" and the orbits have none.
     Contradiction
         Maps and integration call different symbols of an orbit certain.
     """
-    checked.choice("method", method, METHODS, ProblemError)
+    checked.choice("method", method, METHODS)
     precisions = run.arithmetic.precisions
     if method == "map" and precisions[0] != 53:
         message = (
             f"the maps are in double precision: precisions must begin with 53, got {precisions}"
         )
-        raise ProblemError("precisions", message)
+        raise ParameterError("precisions", message)
     auto = method == "auto" and precisions[0] == 53
     asked, often, due = _counted(run) if use_kept and auto else (run.orbits, False, True)
     # Of few orbits integration is so cheap that only maps that exist already may be faster, or such

@@ -18,7 +18,7 @@ from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 
 
@@ -134,7 +134,7 @@ def route_codes(
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
-    jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
+    jobs = checked.whole("jobs", jobs, 1)
     return codes_of(problem, theta2_0, arithmetic, jobs, method, use_kept=True)
 
 

@@ -25,15 +25,11 @@ SMALLEST_RATIO = "1e-500"
 """Least J1_0/J2_0: the components, of the order of its square root, are then normal doubles."""
 
 
-class ProblemError(ParameterError):
-    """Error: a value that the problem excludes."""
-
-
 def check_energy(name: str, h: Exact, mu: Exact) -> None:
-    """Raise ProblemError for an energy not above mu, or one that calls for other units."""
+    """Raise ParameterError for an energy not above mu, or one that calls for other units."""
     if not h.at(113) > mu.at(113):
-        raise ProblemError(name, f"{name} > mu is broken: {name} = {h}, mu = {mu}")
-    check_units(name, h, ProblemError)
+        raise ParameterError(name, f"{name} > mu is broken: {name} = {h}, mu = {mu}")
+    check_units(name, h)
 
 
 @dataclass(frozen=True)
@@ -41,8 +37,8 @@ class RouteProblem:
     """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa).
 
     J1_0 and J2_0 are dimensionless, h0 is in physical units, as mu; all are taken exactly.
-    ProblemError says which condition is broken: h0 > mu, and 0 < J1_0 < J2_0 but not on the section
-    J1 = J2/2.
+    ParameterError says which condition is broken: h0 > mu, and 0 < J1_0 < J2_0 but not on the
+    section J1 = J2/2.
     """
 
     body: Body
@@ -52,27 +48,27 @@ class RouteProblem:
     """Number of symbols to find on each orbit."""
 
     def __post_init__(self) -> None:
-        checked.of_kind("body", self.body, Body, ProblemError)
-        n = checked.whole("n_symbols", self.n_symbols, 1, MOST_SYMBOLS, ProblemError)
+        checked.of_kind("body", self.body, Body)
+        n = checked.whole("n_symbols", self.n_symbols, 1, MOST_SYMBOLS)
         object.__setattr__(self, "n_symbols", n)
         for name in ("h0", "J1_0"):
-            object.__setattr__(self, name, checked.number(name, getattr(self, name), ProblemError))
+            object.__setattr__(self, name, checked.number(name, getattr(self, name)))
         m = context(113)
         h0, mu = self.h0.at(113), self.body.mu.at(113)
         check_energy("h0", self.h0, self.body.mu)
         if 0 < mu < LEAST_MU * h0:
             message = f"mu = {self.body.mu} is below {LEAST_MU} h0, too small for doubles; mu = 0?"
-            raise ProblemError("mu", message)
+            raise ParameterError("mu", message)
         J1, J2 = self.J1_0.at(113), self.J2_0(113)
         shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
         if not (J1 > 0 and self.J2mJ1_0(113) > 0):
-            raise ProblemError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
+            raise ParameterError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
         # Closer to the section rounding errors would decide whether the start counts as a crossing.
         if abs(2 * J1 - J2) < m.mpf(2) ** -48 * J2:
             message = f"the start lies on the section J1 = J2/2 that counts crossings: {shown}"
-            raise ProblemError("J1_0", message)
+            raise ParameterError("J1_0", message)
         if m.mpf(SMALLEST_RATIO) > J1 / J2:
-            raise ProblemError("J1_0", f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
+            raise ParameterError("J1_0", f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
 
     def afford(self, columns: int, field: str = "theta2_0") -> None:
         """Raise ParameterError, naming `field`, for more columns than a result can hold."""

@@ -14,9 +14,10 @@ from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import exponent
 from rigidpend.numbers import Array
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact, context, exact, function
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
+from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double
 
 PER_TURN = 96
@@ -60,30 +61,32 @@ def surface_problem(
     """Start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3), M_0 and mu physical.
 
     If beta0 is None it is gamma0, for which r is (sqrt(A1 - A3), sqrt(A3 - A2), 0) by (phi). J1_0
-    is dimensionless, 0 < J1_0 < `ON_SURFACE` J2_0/2. Raises BodyError or ProblemError with the
-    condition that is broken.
+    is dimensionless, 0 < J1_0 < `ON_SURFACE` J2_0/2. ParameterError names the condition that is
+    broken.
     """
     if not M_0.at(113) > 0:
-        raise ProblemError("M_0", f"M_0 > 0 is broken: M_0 = {M_0}")
+        raise ParameterError("M_0", f"M_0 > 0 is broken: M_0 = {M_0}")
     # J2_0 = 2/sqrt(A3 kappa) of Fig. 3 is |M| = 2 in physical units. All is exact, so that no
     # rounding decides whether a condition holds.
     h0 = M_0 * M_0 / (2 * A[2])
     if not (h0 - mu).at(113) > 0:
         shown = f"M_0 = {M_0}, A3 = {A[2]}, mu = {mu}"
-        raise ProblemError("M_0", f"h0 = M_0^2/(2 A3) > mu is broken: {shown}")
+        raise ParameterError("M_0", f"h0 = M_0^2/(2 A3) > mu is broken: {shown}")
     if not mu.at(113) >= LEAST_WEIGHT * h0.at(113):
         broken = f"mu >= {LEAST_WEIGHT} h0 is broken: mu = {mu}, h0 = {float(h0):.6g}"
-        raise ProblemError("mu", f"{broken}; without a weight both surfaces are separatrix 2")
+        raise ParameterError("mu", f"{broken}; without a weight both surfaces are separatrix 2")
     found = RouteProblem(Body(A, _direction(A, beta0), mu), h0, J1_0, 1)
     # Curves begin where J1 is J1_0/`ON_SURFACE`. Beyond the section orbits go away from S1- again.
     if not 2 * float(J1_0) < ON_SURFACE * float(found.J2_0(53)):
         broken = f"J1_0 < J2_0/{2 / ON_SURFACE:.0f} is broken: J1_0 = {J1_0}"
-        raise ProblemError("J1_0", f"{broken}; orbits that start so high do not come close to S1-")
+        raise ParameterError(
+            "J1_0", f"{broken}; orbits that start so high do not come close to S1-"
+        )
     samples = _steps(found)[1] + 1
     if samples > MOST_SAMPLES:
         said = f"the body of A = ({', '.join(map(str, A))}) is too nearly symmetric"
         turns = f"an orbit takes {samples:.2g} samples, more than {MOST_SAMPLES:.2g}"
-        raise ProblemError("bodies", f"{said}, nu = {found.body.nu:.3g}: {turns}")
+        raise ParameterError("bodies", f"{said}, nu = {found.body.nu:.3g}: {turns}")
     return found
 
 

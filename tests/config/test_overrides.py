@@ -60,6 +60,7 @@ problem.h0=-1 | problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001
 problem.A=[] | problem.A: expected 3 values, got 0
 problem.A.0=0.5 | problem.A: A1 > A3 > A2 is broken
 problem.A.HUGE=1 | problem.A: has no entry
+figure=HUGE | figure: expected text of at most 100 characters
 problem.arrays.new.start=0 | problem.arrays.new.
 nope.x=1 | nope: unknown key
 experiment=route_code | experiment: no such experiment: 'route_code'; did you mean route_codes?

@@ -79,7 +79,7 @@ def test_an_array_s_name_must_be_a_short_word(tmp_path: Path, name: str) -> None
     [problem] = refused(written(tmp_path, changed("only:", f"{name}:", SMALL)))
     assert problem.origin.line == 12
     assert problem.place[:2] == ("problem", "arrays")
-    assert problem.message.startswith("expected a word of at most 40 letters") == (len(name) > 40)
+    assert problem.message.startswith("expected text of at most 40 characters") == (len(name) > 40)
 
 
 def test_a_step_counts_in_the_finest_precision_and_among_several_columns(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from rigidpend.config.theory import rows as theory_rows
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.problem import ProblemError
 from tests.bodies import FIG4
 
 NAMES = (
@@ -112,5 +112,5 @@ def test_what_is_not_hyperbolic_or_not_resolved_is_said_to_be_so() -> None:
         ("not resolved", None),
     ]
     assert "not hyperbolic" in found[0].meaning
-    with pytest.raises(ProblemError, match="h0 > mu is broken"):
+    with pytest.raises(ParameterError, match="h0 > mu is broken"):
         theory_rows(FIG4, "0.001")

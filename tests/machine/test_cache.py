@@ -4,6 +4,7 @@ import errno
 import os
 import shutil
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import Mock
@@ -92,16 +93,17 @@ def test_a_file_of_just_the_most_bytes_is_read(one: Path, monkeypatch: pytest.Mo
 
 
 def test_what_is_left_of_a_file_with_any_name_goes_once_it_is_old(tmp_path: Path) -> None:
-    """But for links, however old that is to which they lead."""
-    path = tmp_path / "[a-c]*.h5"
-    old, other = (tmp_path / f".{name}.1.part" for name in (path.name, "b.h5"))
-    for each in (old, other):
+    """After a day, but for links, however old that is to which they lead."""
+    path, ages = tmp_path / "[a-c]*.h5", (files.DAY + 60, files.DAY - 60, 2 * files.DAY)
+    ends = f"{path.name}.1", f"{path.name}.2", "b.h5.1"
+    old, young, other = (tmp_path / f".{end}.part" for end in ends)
+    for each, age in zip((old, young, other), ages, strict=True):
         each.touch()
-        os.utime(each, (0, 0))
-    linked = tmp_path / f".{path.name}.2.part"
+        os.utime(each, (time.time() - age,) * 2)
+    linked = tmp_path / f".{path.name}.3.part"
     linked.symlink_to(other)
     files.write(path, b"content")
-    assert sorted(tmp_path.iterdir()) == sorted([path, other, linked])
+    assert sorted(tmp_path.iterdir()) == sorted([path, young, other, linked])
     assert not signals.unfinished
 
 

@@ -50,7 +50,7 @@ def test_threads_share_the_process_and_keep_the_order() -> None:
     assert threading.get_ident() not in threads
 
 
-def test_threads_that_a_thread_has_begun_end_with_an_error_beside_it() -> None:
+def test_an_error_ends_a_longer_part_before_it_and_threads_that_it_has_begun() -> None:
     begun, ended = threading.Barrier(3), list[int]()
 
     def inner(part: int) -> None:
@@ -64,7 +64,7 @@ def test_threads_that_a_thread_has_begun_end_with_an_error_beside_it() -> None:
             raise
 
     def outer(part: int) -> None:
-        if part:
+        if not part:
             side_by_side(inner, (), False, [1, 2], 2)
         begun.wait(30)
         raise ZeroDivisionError
@@ -185,25 +185,6 @@ def test_cores_are_those_that_this_process_may_use(monkeypatch: pytest.MonkeyPat
     assert 1 <= cores() <= (os.cpu_count() or 1)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1, 5}, raising=False)
     assert cores() == 3
-
-
-def test_an_error_ends_a_longer_part_before_it() -> None:
-    ended = threading.Event()
-
-    def work(part: int) -> None:
-        if part:
-            raise ZeroDivisionError
-        try:
-            for _ in range(500):
-                check_stop()
-                time.sleep(0.01)
-        except Stopped:
-            ended.set()
-            raise
-
-    with pytest.raises(ZeroDivisionError):
-        side_by_side(work, (), False, [0, 1], 2)
-    assert ended.is_set()
 
 
 def test_parts_behind_an_error_are_not_begun() -> None:

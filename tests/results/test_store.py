@@ -5,7 +5,6 @@ import errno
 import json
 import os
 import random
-import resource
 import shutil
 import subprocess
 import sys
@@ -109,14 +108,6 @@ def test_blocks_of_a_group_inside_another_are_written_where_they_belong(tmp_path
         np.testing.assert_array_equal(file["data/inner/codes"][:], 3 + CODES)
 
 
-def test_who_reads_the_old_file_is_not_disturbed_by_a_new_one(path: Path) -> None:
-    with store.opened(path) as file:
-        store.write(path, LAYOUT, OTHER, *TOLD)
-        np.testing.assert_array_equal(file["data/zebra/codes"][:], CODES)
-    with store.opened(path) as file:
-        assert file["data/count"][()] == 8
-
-
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), SystemExit()])
 @pytest.mark.parametrize("function", ["fsync", "replace"])
 def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
@@ -210,16 +201,16 @@ PACKED = {"compression": "gzip", "shuffle": True, "fletcher32": True}
     ("changes", "layout", "most", "objects", "said"),
     [
         # A text is 8 bytes, a pointer, and each array 80.
-        ({}, DOUBLES, 168, 5, "5"),
+        ({}, DOUBLES, 168, 5, ""),
         ({}, DOUBLES, 167, 5, "data/b is too large"),
         ({}, DOUBLES, 168, 4, "data has 2 members, too many"),
-        ({"chunks": (10,)}, DOUBLES, 248, 5, "5"),
+        ({"chunks": (10,)}, DOUBLES, 248, 5, ""),
         ({"chunks": (10,)}, DOUBLES, 247, 5, "data/b is stored in pieces that are too large"),
         ({"data": np.zeros(0)}, Field(FLOAT, ("n+1",), "1", "ends"), 500, 5, "another shape"),
-        ({"chunks": (10,), **PACKED}, DOUBLES, 248, 5, "5"),
+        ({"chunks": (10,), **PACKED}, DOUBLES, 248, 5, ""),
         # HDF5 has no filter of this kind by itself.
         ({"compression": "lzf"}, DOUBLES, 500, 5, "data/a is stored through an unknown filter"),
-        ({"data": np.zeros(10, "S4096")}, TEXTS, 10**5, 5, "5"),
+        ({"data": np.zeros(10, "S4096")}, TEXTS, 10**5, 5, ""),
         ({"data": np.zeros(10, "S4097")}, TEXTS, 10**5, 5, "data/a does not hold texts"),
     ],
 )
@@ -232,11 +223,12 @@ def test_limits_are_those_of_all_arrays_together(
         for name in "ab":
             file.create_dataset(f"data/{name}", **{"data": np.zeros(10), **changes})
         root = h5py.h5g.open(file.id, b"/")
+        found = ""
         try:
-            found = str(structure.Checker(most).file(root, {"a": layout, "b": layout}))
+            structure.Checker(most).file(root, {"a": layout, "b": layout})
         except StoreError as error:
             found = str(error)
-    assert said in found
+    assert (said in found, bool(found)) == (True, bool(said))
 
 
 @pytest.mark.parametrize("error", [RuntimeError("mine"), OSError("mine"), KeyError("mine")])
@@ -325,11 +317,6 @@ def busy() -> None:
         pass
 
 
-def granted() -> None:
-    damage.grant(1446)
-    raise RuntimeError(f"{resource.getrlimit(resource.RLIMIT_CPU)[0]} s")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("act", "patience", "said"),
@@ -339,13 +326,12 @@ def granted() -> None:
         (lambda: time.sleep(60), 1, damage.TOO_LONG),
         (busy, 30, damage.TOO_LONG),
         (lambda: [0] * 2**31, 30, "more memory than its size allows"),
-        (granted, 30, "6 s"),
     ],
 )
 def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
     monkeypatch: pytest.MonkeyPatch, act: Callable[[], Any], patience: int, said: str
 ) -> None:
-    """What is busy is ended by the processor's time, which is granted to a file by its objects."""
+    """What is busy is ended by the processor's time."""
     parent, begun = os.getpid(), time.monotonic()
 
     def read() -> None:
@@ -354,7 +340,7 @@ def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
 
     monkeypatch.setattr(damage, "PATIENCE", patience)
     monkeypatch.setattr(damage, "ALLOWANCE", 1)
-    assert damage.seconds(3 * 2**19) == 4
+    assert damage.seconds(3 * 2**18) == 4
     with pytest.raises(ValueError, match=said):
         damage.tried(read, 0, 2**30)
     assert time.monotonic() - begun < 30
@@ -364,15 +350,6 @@ def test_an_outline_tells_attributes_with_kind_and_dimensions(path: Path) -> Non
     _, found = store.load_outlined(path)
     told = {"units": "1", "description": "symbols", "(kind)": "u1", "(dimensions)": 2}
     assert found["/data/zebra/codes"] == told
-
-
-def test_the_next_writer_removes_what_a_killed_one_left_a_day_ago(path: Path) -> None:
-    old, new, other = (path.with_name(f".{x}.part") for x in ("x.h5.a", "x.h5.b", "y.h5.a"))
-    for each, age in ((old, files.DAY + 60), (new, files.DAY - 60), (other, 2 * files.DAY)):
-        each.write_bytes(b"half")
-        os.utime(each, (time.time() - age,) * 2)
-    store.write(path, LAYOUT, OTHER, *TOLD)
-    assert [each.exists() for each in (old, new, other)] == [False, True, True]
 
 
 FORKING = """

@@ -17,12 +17,10 @@ from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
     FINEST_TOLERANCE,
     EngineError,
-    NumericsError,
     resolve,
 )
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import FIRST_SCALES, LIMIT_OF_UNEQUAL, SECOND_SCALES, THIRD_SCALES
-from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.run import tolerance_of
 from tests.bodies import FIG4, FREE
 from tests.orbits.integrate.problems import ENGINES, same
@@ -105,27 +103,24 @@ def test_no_weight_means_one_crossing_and_certainly_no_symbol() -> None:
     assert np.isnan(found.crossing_time[1:]).all()
 
 
+BITS = "must be whole numbers of bits from 53 to 9000, got"
+
+
 @pytest.mark.parametrize(
-    ("given", "error", "told"),
+    ("given", "told"),
     [
-        *(
-            ({"tolerance": x}, NumericsError, f"must be more than 0 and at most 0.01, got {x}")
-            for x in (0, 0.0101)
-        ),
-        *(
-            ({"precisions": x}, NumericsError, "must be whole numbers of bits from 53 to 9000, got")
-            for x in ((), (52, 113), (53.0,), (10**9,), 113)
-        ),
-        ({"precisions": (113, 53)}, NumericsError, "precisions must ascend, got (113, 53)"),
-        ({"precisions": (53, 53)}, NumericsError, "precisions must ascend"),
-        ({"precisions": (53, 63)}, NumericsError, "precisions 53 and 63 are too close"),
-        ({"engine": "euler"}, EngineError, "'euler' is not known; choose one of taylor, scipy"),
-        ({"method": "map", "precisions": (64, 113)}, ProblemError, "precisions must begin with 53"),
-        ({"jobs": 0}, ProblemError, "jobs must be a whole number from 1 on, got 0"),
+        *(({"tolerance": x}, f"more than 0 and at most 0.01, got {x}") for x in (0, 0.0101)),
+        *(({"precisions": x}, BITS) for x in ((), (52, 113), (53.0,), (10**9,), 113)),
+        ({"precisions": (113, 53)}, "precisions must ascend, got (113, 53)"),
+        ({"precisions": (53, 53)}, "precisions must ascend"),
+        ({"precisions": (53, 63)}, "precisions 53 and 63 are too close"),
+        ({"engine": "euler"}, "'euler' is not known; choose one of taylor, scipy"),
+        ({"method": "map", "precisions": (64, 113)}, "precisions must begin with 53"),
+        ({"jobs": 0}, "jobs must be a whole number from 1 on, got 0"),
     ],
 )
-def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], told: str) -> None:
-    with pytest.raises(error) as refused:
+def test_refuses_and_says_why(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(EngineError if "engine" in given else ParameterError) as refused:
         codes("1", **given)
     assert told in str(refused.value)
     assert getattr(refused.value, "field", None) in (None, *given)

@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import quad
 
 from rigidpend import Body
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import (
     MOST_SYMBOLS,
-    ProblemError,
     RouteProblem,
     narrower,
     narrowness,
@@ -55,7 +55,7 @@ SECTION = "sqrt(2*1.3342*3/4)/2"
 def test_refuses_what_the_problem_excludes(given: dict[str, Any], told: str) -> None:
     values = {"h0": "1.3342", "mu": "0.001", "J1_0": "1e-8", "n_symbols": 15, **given}
     body = Body(FIG4.A, FIG4.r, values["mu"])
-    with pytest.raises(ProblemError) as refused:
+    with pytest.raises(ParameterError) as refused:
         RouteProblem(body, values["h0"], values["J1_0"], values["n_symbols"])
     assert told in str(refused.value)
     assert refused.value.field in given

@@ -81,7 +81,6 @@ class Dask:
 
 @pytest.fixture(scope="module")
 def dask(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Dask]:
-    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     found = Dask(tmp_path_factory.mktemp("dask"))
     yield found
     found.end()
@@ -209,7 +208,6 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
 def test_a_scheduler_that_does_not_answer_is_named(
     run: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     with socket.socket() as listening:
         # Something is there that says nothing: nor does it end.
@@ -260,10 +258,9 @@ class Held:
 @pytest.fixture
 def held(monkeypatch: pytest.MonkeyPatch) -> Held:
     """A client without workers at first, with one of two threads, without it, and with it again."""
-    distributed = pytest.importorskip("distributed", reason="`cluster` is not installed")
     found = Held([0, 0, 0, 2, 0, 0, 2])
-    monkeypatch.setattr(distributed, "Client", found)
-    monkeypatch.setattr(distributed, "wait", found.wait)
+    monkeypatch.setattr("distributed.Client", found)
+    monkeypatch.setattr("distributed.wait", found.wait)
     return found
 
 
@@ -325,14 +322,12 @@ def cancelled() -> Exception:
     ],
 )
 def test_errors_of_the_cluster_are_sentences(error: Callable[[], Exception], said: str) -> None:
-    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     with pytest.raises(WorkerError, match=said), cluster.named_errors("tcp://head:8786"):
         raise error()
 
 
 def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
     """What a worker gives that is asked by a machine with other things."""
-    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     own, job = (
         cluster.facts_of("route_map", "taylor"),
         pickle.dumps(Piece("x", partial(work, *given))),

@@ -11,9 +11,10 @@ import pytest
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, eq1
 from rigidpend.mechanics.pendulum import Delta_1
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 from rigidpend.surfaces import curves as surfaces
 from rigidpend.surfaces.curves import (
@@ -158,7 +159,7 @@ def test_a_body_whose_pendulum_motion_does_not_settle_is_named(
 def test_an_orbit_of_more_samples_than_memory_holds_is_refused(A3: str, refused: bool) -> None:
     """The number of samples grows with nu, by 0.3 % between the two bodies."""
     given = [exact(x) for x in ("2", "1", A3)], None, exact("0.001"), exact("2"), exact("1e-8")
-    reason = pytest.raises(ProblemError, match="too nearly symmetric")
+    reason = pytest.raises(ParameterError, match="too nearly symmetric")
     with reason if refused else contextlib.nullcontext():
         assert surfaces.surface_problem(*given).body.nu > 27_000
 

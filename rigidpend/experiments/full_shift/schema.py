@@ -48,11 +48,11 @@ class Problem(HeavyBody):
                 raise ParameterError(
                     "approach", "an approach needs h0: it belongs to starts with one h0"
                 )
-            from rigidpend.routes.symbolic.address import AddressError, parsed
+            from rigidpend.routes.symbolic.address import parsed
 
             try:
                 parsed(self.approach)
-            except AddressError as error:
+            except ParameterError as error:
                 raise ParameterError("approach", str(error)) from None
         if not 0 <= float(self.around) < 0.1:
             said = f"expected a number from 0 to less than 0.1, got {self.around}"

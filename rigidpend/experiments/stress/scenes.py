@@ -22,13 +22,14 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.mechanics.free_body import exponent, fastest_rate, theta1
 from rigidpend.numbers import Array
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, resolve
 from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 
 TRUTH_BITS = 113
@@ -88,7 +89,7 @@ class Trial(NamedTuple):
         note = ""
         try:
             values, curve = self.measure()
-        except (ProblemError, ArithmeticError) as refused:
+        except (ParameterError, ArithmeticError) as refused:
             values, curve, note = [math.nan] * len(self.claims), {}, f"refused: {refused}"
         rows = zip(self.claims, values, strict=True)
         claims = {claim.name: claim.told(float(value), note) for claim, value in rows}

@@ -43,10 +43,6 @@ class EngineError(RuntimeError):
     """Error: an engine that is not known."""
 
 
-class NumericsError(ParameterError):
-    """Error: a tolerance or precisions that cannot be used."""
-
-
 class Arithmetic(NamedTuple):
     """Engine, tolerance and precisions as they are used; made by :func:`resolve`."""
 
@@ -73,11 +69,11 @@ def resolve(
     finer than the engine can keep becomes its finest. Precisions are those that
     `numbers.checked.precisions` takes; 64 is left out where integers would serve.
 
-    EngineError is raised for an engine that is not known, NumericsError for a tolerance that is not
-    in (0, 0.01], or precisions that cannot be used together.
+    EngineError is raised for an engine that is not known, ParameterError for a tolerance that is
+    not in (0, 0.01], or precisions that cannot be used together.
     """
     own = check_engine(DEFAULT_ENGINE if engine is None else engine)
-    ladder = checked.precisions(precisions, NumericsError)
+    ladder = checked.precisions(precisions)
     # Integers of 64 bits take as long as those of more.
     kept = tuple(bits for bits in ladder if bits != 64 or in_kernel(own, bits))
     return Arithmetic(own, _tolerance(own, tolerance), kept or ladder)
@@ -86,10 +82,10 @@ def resolve(
 def _tolerance(engine: str, tolerance: Exact | float | str | None) -> float:
     if tolerance is None:
         return DEFAULT_TOLERANCE[engine]
-    value = float(checked.number("tolerance", tolerance, NumericsError))
+    value = float(checked.number("tolerance", tolerance))
     if not 0 < value <= COARSEST_TOLERANCE:
         message = f"tolerance must be more than 0 and at most {COARSEST_TOLERANCE}, got {value}"
-        raise NumericsError("tolerance", message)
+        raise ParameterError("tolerance", message)
     return max(value, FINEST_TOLERANCE[engine])
 
 

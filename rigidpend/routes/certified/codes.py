@@ -30,7 +30,7 @@ from rigidpend.routes.certified.orbit import AT_START, OrbitChecker, Proof, encl
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step, Undecided
 from rigidpend.routes.codes import codes_of, shown
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
+from rigidpend.routes.problem import RouteProblem, passage_limit
 
 ATTEMPTS, BITS_GROWTH = 3, 1.3
 """Trials of a proof whose bits do not suffice, and the factor by which bits grow."""
@@ -130,12 +130,12 @@ def certify_codes(
 
     Raises
     ------
-    ProblemError, ExactError
+    ParameterError, ExactError
         A value that is excluded or that is no number; the message says which.
     """
-    jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
+    jobs = checked.whole("jobs", jobs, 1)
     if bits is not None:
-        bits = checked.whole("bits", bits, FEWEST_BITS, ORBIT_BITS, ProblemError)
+        bits = checked.whole("bits", bits, FEWEST_BITS, ORBIT_BITS)
     return proven_codes(RouteProblem(body, h0, J1_0, n_symbols), theta2_0, bits, jobs, report)
 
 

@@ -20,7 +20,7 @@ asymptotic doubly asymptotic orbits with short codes, and the growth of theta3 a
 sharp      the phases of these to 30 digits, from starts on the unstable surface itself
 """
 
-from rigidpend.routes.symbolic.address import Address, AddressError
+from rigidpend.routes.symbolic.address import Address
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.closed import ClosedOrbit, closed_orbit
 from rigidpend.routes.symbolic.find import FoundOrbit, find_orbit
@@ -28,7 +28,6 @@ from rigidpend.routes.symbolic.follow import address_of
 
 __all__ = [
     "Address",
-    "AddressError",
     "ClosedOrbit",
     "FoundOrbit",
     "NoOrbit",

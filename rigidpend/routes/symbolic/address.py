@@ -33,13 +33,6 @@ Code: TypeAlias = "str | Sequence[int] | NDArray[np.integer[Any]] | Address"
 """An orbit's code as a caller may give it: text, numbers or an address."""
 
 
-class AddressError(ParameterError):
-    """Error: a value that is neither a code nor an address; the message says what is wrong."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__("code", message)
-
-
 class Address(NamedTuple):
     """The address of an orbit, or of a family of orbits where half rotations are not given."""
 
@@ -74,7 +67,7 @@ def cells_of(chi: Any) -> NDArray[np.int64]:
 
 
 def parsed(text: Code) -> Address:
-    """The address of a code such as `0011`, `0^9 1^8` or `a 0^9 (1^8)*2`; or AddressError."""
+    """The address of a code such as `0011`, `0^9 1^8` or `a 0^9 (1^8)*2`; or ParameterError."""
     if isinstance(text, Address):
         address = text
     elif isinstance(text, str):
@@ -84,21 +77,21 @@ def parsed(text: Code) -> Address:
             address = Address(None, tuple(map(operator.index, text)), None)
         except TypeError:
             message = f"a code is a text such as 0011 or a list of 0 and 1, got {named(text)}"
-            raise AddressError(message) from None
+            raise ParameterError("code", message) from None
     first, symbols, half_turns = address
     if not symbols:
-        raise AddressError("a code has at least one symbol")
+        raise ParameterError("code", "a code has at least one symbol")
     if not set(symbols) <= {0, 1}:
-        raise AddressError(f"symbols are 0 and 1: {short(str(symbols), 40)!r}")
+        raise ParameterError("code", f"symbols are 0 and 1: {short(str(symbols), 40)!r}")
     if first not in (None, 0, 1):
-        raise AddressError(f"the first cell is 0 or 1, got {first!r}")
+        raise ParameterError("code", f"the first cell is 0 or 1, got {first!r}")
     if half_turns is not None and len(half_turns) != len(symbols):
-        raise AddressError("there must be as many half rotations as symbols")
+        raise ParameterError("code", "there must be as many half rotations as symbols")
     return address
 
 
 def _read(text: str) -> Address:
-    """The address that a text stands for; AddressError where it cannot be read."""
+    """The address that a text stands for; ParameterError where it cannot be read."""
     words = text.split()
     first = LETTERS.index(words.pop(0)) if words and words[0] in tuple(LETTERS) else None
     terms: list[tuple[str, str | None]] = []
@@ -109,13 +102,15 @@ def _read(text: str) -> Address:
             term = _TERM.match(word, at)
             if term is None:
                 told = "symbols are 0 and 1, half rotations follow as in 0^9"
-                raise AddressError(f"{short(word[at:], 40)!r} in a code cannot be read: {told}")
+                raise ParameterError(
+                    "code", f"{short(word[at:], 40)!r} in a code cannot be read: {told}"
+                )
             symbol, turns, repeated, each, times = term.groups()
             terms += [(symbol or repeated, turns or each)] * int(times or 1)
             at = term.end()
     given = [int(n) for _, n in terms if n is not None]
     if given and len(given) < len(terms):
-        raise AddressError(
-            f"give the half rotations of all passages or of none: {short(text, 40)!r}"
+        raise ParameterError(
+            "code", f"give the half rotations of all passages or of none: {short(text, 40)!r}"
         )
     return Address(first, tuple(int(s) for s, _ in terms), tuple(given) or None)

@@ -34,11 +34,12 @@ import numpy as np
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import aligned, on_section
 from rigidpend.numbers import Array, Scalar, checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.symbolic.address import AddressError, parsed
+from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.chain import (
     MOVED,
     Chain,
@@ -157,7 +158,7 @@ def closed_orbit(
     NoOrbit
         There is no such orbit in the range of the return map, or its passages take so long that
         doubles do not tell its crossings; the message gives the reason.
-    AddressError, ParameterError, ExactError
+    ParameterError, ExactError
         A value is excluded or is no number; the message says which.
     MapError
         The body's orbits have no return map.
@@ -166,7 +167,9 @@ def closed_orbit(
     """
     address = parsed(word)
     if address.half_turns is not None or len(address.symbols) > MOST_SYMBOLS:
-        raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
+        raise ParameterError(
+            "code", f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations"
+        )
     if half_turns is not None:
         half_turns = checked.whole("half_turns", half_turns, 1, MOST_HALF_TURNS)
     found = closed(ChainLevel.of(body, exact(h)), address.symbols, half_turns, address.first or 0)

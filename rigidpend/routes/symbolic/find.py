@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from rigidpend.machine.wording import short
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array, Scalar, checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.phases import DOUBLED, angle
-from rigidpend.routes.problem import ProblemError, RouteProblem
-from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.symbolic.address import Address, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.levels import ChainLevel, OrbitFamily, orbits_of
@@ -124,7 +125,7 @@ def find_orbit(
     ------
     NoOrbit
         There is no such orbit in the range of the return map; the message gives the reason.
-    AddressError, ProblemError, ExactError
+    ParameterError, ExactError
         A value is excluded or is no number; the message says which.
     MapError
         The body's orbits have no return map, or J1_0 lies outside of it.
@@ -137,11 +138,11 @@ def find_orbit(
     'b (0^11)*2 (1^11)*2'
     """
     address = parsed(code)
-    digits = checked.whole("digits", digits, 10, MOST_DIGITS, ProblemError)
-    jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
+    digits = checked.whole("digits", digits, 10, MOST_DIGITS)
+    jobs = checked.whole("jobs", jobs, 1)
     n = len(address.symbols)
     if n > MOST_SYMBOLS:
-        raise AddressError(f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
+        raise ParameterError("code", f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
     problem = RouteProblem(body, h0, J1_0, n)
     beside = None if near is None else _phase(near)
     orbits = orbits_of(problem)
@@ -164,9 +165,9 @@ def find_orbit(
 
 def _phase(near: Scalar) -> float:
     """The double nearest to a phase, radians; without its whole turns where it is far from zero."""
-    phase = checked.number("near", near, ProblemError)
+    phase = checked.number("near", near)
     if not math.isfinite(float(phase)):
-        raise ProblemError("near", f"near must be a finite double, got {phase}")
+        raise ParameterError("near", f"near must be a finite double, got {phase}")
     return float(angle(phase, DOUBLED))
 
 

@@ -19,15 +19,16 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array, Scalar, checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.codes import codes_of, route_codes
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
+from rigidpend.routes.symbolic.address import Address, Code, parsed
 from rigidpend.routes.symbolic.chain import section_points
 from rigidpend.routes.symbolic.levels import ChainLevel, OrbitFamily, each_alone, onward, orbits_of
 
@@ -67,11 +68,11 @@ def address_of(
     ------
     MapError
         The orbit leaves the range of the return map, or has none.
-    ProblemError, ExactError
+    ParameterError, ExactError
         A value is excluded or is no number.
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
-    phase = checked.number("theta2_0", theta2_0, ProblemError)
+    phase = checked.number("theta2_0", theta2_0)
     routes = codes_of(problem, [phase], resolve(precisions=precisions), method="integration")
     n = int(np.logical_and.accumulate(routes.certain[:, 0] & (routes.codes[:, 0] < 2)).sum())
     if not n:
@@ -146,13 +147,15 @@ def round_phases(
 ) -> RoundPhases:
     """The phases with 0 to 4 decimals whose orbits have a code, or an address, as in `find_orbit`.
 
-    AddressError, ProblemError or ExactError says which value is excluded or is no number.
+    ParameterError or ExactError says which value is excluded or is no number.
     """
     address = parsed(code)
     n = len(address.symbols)
-    decimals = checked.whole("decimals", decimals, 0, MOST_DECIMALS, ProblemError)
+    decimals = checked.whole("decimals", decimals, 0, MOST_DECIMALS)
     if n > MOST_SYMBOLS:
-        raise AddressError(f"a code of round phases has at most {MOST_SYMBOLS} symbols, got {n}")
+        raise ParameterError(
+            "code", f"a code of round phases has at most {MOST_SYMBOLS} symbols, got {n}"
+        )
     tried = math.floor(2 * math.pi * 10**decimals) + 1
     phases = [Decimal(k).scaleb(-decimals) for k in range(tried)]
     routes = route_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n, jobs=jobs)

@@ -16,8 +16,8 @@ from rigidpend.experiments.stress import LIMIT, PASSED, REFUTED, draw
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress.scenes import Claim, Trial
 from rigidpend.experiments.stress.schema import Addresses, Extremes, LongTime
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
-from rigidpend.routes.problem import ProblemError
 from tests.cli.calls import REFERENCE
 from tests.experiments.stress.verdicts import asked, verdicts
 from tests.experiments.trees import from_file
@@ -50,7 +50,7 @@ def test_verdict_and_ratio(
     assert told["ratio"] == pytest.approx(ratio, nan_ok=True)
 
 
-@pytest.mark.parametrize("error", [ProblemError("J1_0", "no such orbit"), ArithmeticError("stuck")])
+@pytest.mark.parametrize("error", [ParameterError("J1_0", "too small"), ArithmeticError("stuck")])
 def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
     made: Any = Trial("k", "t", [claim("a"), claim("b", 1, 9)], Mock(side_effect=error)).tried()
     assert verdicts(made) == {"a": REFUTED, "b": REFUTED}
