@@ -57,6 +57,15 @@ def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
     assert max(map(abs, derivative(a.array([M.mpf(1)] * n), a))) < 1e-25
 
 
+@pytest.mark.slow
+def test_no_error_is_below_the_rounding_of_the_doubles_that_hold_the_harmonics() -> None:
+    """In 106 bits two computations agree far better than that."""
+    found = measure(GENERIC, H0, 1e-17, ARITHMETIC._replace(precisions=(106,)))
+    rounding = float(np.spacing(np.abs(found.excess)).max()) / 2
+    assert 1e-21 < rounding <= found.error < 4 * rounding
+    assert found.resolved
+
+
 @pytest.mark.parametrize(("turning", "known"), [(0.95, True), (1.05, False)])
 def test_a_curve_that_turns_back_somewhere_has_no_harmonics(turning: float, known: bool) -> None:
     start = 2 * np.pi * np.arange(32) / 32
