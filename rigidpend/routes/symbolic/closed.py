@@ -66,9 +66,9 @@ CLOSING_BITS = 96
 GAINED = 3
 """Bits that corrections by integration gain at least, in the mean; 26 bits each are usual.
 
-The less the surfaces are split, the more the derivatives at the map's crossings err. With eight
-bodies of nu from 19.5 to 21, split by 2e-7 to 7e-7 of the tables' width, corrections gained 3.7 to
-21 bits, and a single one as little as none; with less splitting many orbits do not come to close.
+The less the surfaces are split, the more the derivatives at the map's crossings err. With bodies of
+nu from 19.5 to 21, split by 2e-7 to 7e-7 of the tables' width, corrections gained 3.7 to 21 bits,
+and a single one as little as none; with less splitting many orbits do not come to close.
 """
 LOST = 12
 """Bits that a passage may lose where it meets the next."""
