@@ -45,6 +45,11 @@ def test_a_value_a_whole_list_or_a_mapping_is_replaced_or_added_and_the_rest_sta
     assert (loaded.name, loaded.resolved()) == ("fig4", resolved)
 
 
+def test_the_name_of_a_figure_has_up_to_100_characters() -> None:
+    """It is left out of what is loaded: of a changed config the figure is another one."""
+    assert loading.load(FIG4, [f"figure={'9' * 100}"]).name == "fig4"
+
+
 REFUSED = """
 problem.n_symbls=3 | problem.n_symbls: unknown key; did you mean n_symbols? (known: A, r, mu, h0,
 problem.A.3=1 | problem.A: has no entry '3': it is a list of 3
@@ -60,7 +65,7 @@ problem.h0=-1 | problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001
 problem.A=[] | problem.A: expected 3 values, got 0
 problem.A.0=0.5 | problem.A: A1 > A3 > A2 is broken
 problem.A.HUGE=1 | problem.A: has no entry
-figure=HUGE | figure: expected text of at most 100 characters
+figure=LONG | figure: expected text of at most 100 characters
 problem.arrays.new.start=0 | problem.arrays.new.
 nope.x=1 | nope: unknown key
 experiment=route_code | experiment: no such experiment: 'route_code'; did you mean route_codes?
@@ -70,7 +75,7 @@ experiment=route_code | experiment: no such experiment: 'route_code'; did you me
 
 @pytest.mark.parametrize("case", REFUSED.strip().splitlines())
 def test_a_wrong_setting_is_named_with_all_that_is_wrong_with_it(case: str) -> None:
-    setting, said = case.replace("HUGE", "9" * 5000).split(" | ")
+    setting, said = case.replace("HUGE", "9" * 5000).replace("LONG", "9" * 101).split(" | ")
     for problem in refused(FIG4, [setting]):
         assert str(problem).startswith(f"--set {setting}: {said}"[:200])
 
