@@ -53,6 +53,14 @@ class HeavyBody(UnweightedBody):
     def body(self) -> Body:
         return self.heavy(self.mu)
 
+    @property
+    def words(self) -> str:
+        """The body, its energy and action, as far as they are given: what a sentence is of."""
+        A, r = (", ".join(map(str, x)) for x in (self.A, self.r))
+        others = {key: getattr(self, key, None) for key in ("mu", "h", "h0", "J1_0")}
+        given: dict[str, Any] = {"A": A, "r": r, **others}
+        return "; ".join(f"{key} = {value}" for key, value in given.items() if value is not None)
+
 
 class RouteStart(HeavyBody):
     """Orbits that start at theta1_0 = alpha0 + beta0 and J2_0 = sqrt(2 h0/kappa)."""

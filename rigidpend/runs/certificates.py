@@ -151,7 +151,9 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
             raise files.StoreError(f"{file}: {told} a result with a proof")
         data = store.load(file)["data"]
         try:
-            return [Theorem(x) for x in computation.theorems(config.content, data)]
+            content: Any = config.content
+            first, *others = computation.theorems(content, data)
+            return [Theorem(f"of {content.problem.words}: {first}"), *map(Theorem, others)]
         # The file may be anybody's: its arrays need not describe sets or steps.
         except (ArithmeticError, ValueError) as doubt:
             raise files.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None

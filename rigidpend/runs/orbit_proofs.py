@@ -128,10 +128,8 @@ def check(file: Path, jobs: int, report: Report) -> str:
         low, high = sections.phases(numbers, line, begin)
     except (ValueError, Undecided) as error:
         raise files.StoreError(f"{file}: not proven: {short(error)}") from None
-    A, r = (", ".join(map(str, x)) for x in (problem.A, problem.r))
     return (
-        f"of A = {A}; r = {r}; mu = {problem.mu}; h0 = {problem.h0}; J1_0 = {problem.J1_0}: one of"
-        f" the starts with {sections.words_on_phases(low, high)}"
+        f"of {problem.words}: one of the starts with {sections.words_on_phases(low, high)}"
         f" has the code of {counted(len(code), 'symbol')} {code}"
     )
 

@@ -150,6 +150,11 @@ def test_what_is_wrong_with_a_sweep_is_named(option: str) -> None:
     assert SWEPT[option] in str(caught.value)
 
 
+def test_a_key_is_swept_once() -> None:
+    with pytest.raises(ConfigError, match=r"a key is swept twice: problem\.mu, problem\.mu"):
+        loading.load_swept([FIG4], (), ["problem.mu=1e-4,1e-3", "problem.mu=1e-5,1e-6"])
+
+
 NO_NAMES = ("", "a/b", "../x", "all", ".hidden", "x" * 200, "a\nb")
 TAKEN = ("fig5.certificate", "Fig5.Certificate")
 NAMES = dict.fromkeys(NO_NAMES, "a name is made of")

@@ -352,6 +352,7 @@ def test_the_stored_proof_holds_in_both_checkers(
     assert 23.9501 < durations.min() < durations.max() < 23.9902
     told = list(map(str, certificates.check(offered.STORED, jobs=1, report=print)))
     assert [each.partition(": ")[0] for each in told] == ["proven"] * 5
+    assert "of A = 2, 1, 1.5; r = 1, 1, 0; mu = 0.001; h = 1.3342; J1_0 = 1e-8: " in told[0]
 
     def by_script(config: Path) -> tuple[int, str]:
         return check_full_shift.main(
