@@ -203,16 +203,17 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         climbing = own if regular else handed_over(maps, own, known, beyond)
         certainty.climb(climbing, known, rate, beyond)
     if sampled:
-        # Most of the sample is integrated in doubles alone, which decide at least the first symbols
-        # of every orbit; more bits take long. A part of a plane has its share of the sample.
-        size = -(-SAMPLE * n // run.orbits)
-        samples = (size, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
-        # Few orbits that take kept maps have the second, smaller sample alone. So has a part of
-        # a plane whose first sample would be so small that the second one contains it.
-        for here, within in samples[maps.only_kept or size <= LEAST_SAMPLE :]:
-            wrong = contradicted(known, abreast(run), rate, within, here)
+        # Where doubles establish at least the first symbols they serve for most of the sample, for
+        # more bits take long. A part of a plane has its share of the sample; few orbits that take
+        # kept maps have the small one alone.
+        few, size = spread(n, LEAST_SAMPLE), -(-SAMPLE * n // run.orbits)
+        rest = np.setdiff1d(spread(n, 0 if maps.only_kept else size), few)
+        for sample, within in ((few, precisions[:2]), (rest, precisions[:1])):
+            wrong, telling = contradicted(known, abreast(run), rate, within, sample)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
+            if not (telling and rest.size):
+                break
     # Orbits that were integrated because maps left them open have more bits than the maps.
     return known._replace(by_map=(known.bits <= maps.most_bits) & ~left)
 
@@ -257,26 +258,37 @@ def _alarm(run: Run, wrong: NDArray[np.intp]) -> str:
     )
 
 
+def spread(n: int, size: int) -> NDArray[np.intp]:
+    """A sample of n columns, in ascending order: at least `size` of them, or all.
+
+    It is spread evenly and not drawn by lot, so that every run has the same. Groups of neighbours
+    share their J1_0 on a plane, and with it the start, which takes most of the time.
+    """
+    first = np.linspace(0, max(0, n - ABREAST), -(-min(n, size) // ABREAST)).astype(int)
+    return np.unique(np.minimum(first[:, None] + np.arange(ABREAST), n - 1))
+
+
 def contradicted(
-    known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...], size: int
-) -> NDArray[np.intp]:
+    known: Decided,
+    integrated: Compute,
+    rate: float,
+    precisions: tuple[int, ...],
+    sample: NDArray[np.intp],
+) -> tuple[NDArray[np.intp], bool]:
     """The columns of a sample that contradict it: integration finds another certain symbol.
 
-    The sample has at least `size` columns, or all where there are fewer. They are integrated in
-    the given precisions; a symbol counts where both ways call it certain.
+    They are integrated in the given precisions; a symbol counts where both ways call it certain.
+    Then comes True if the first precision alone establishes the first symbol of half of them.
     """
-    n = len(known.bits)
-    # The sample is spread evenly and not drawn by lot, so that every run has the same. Groups of
-    # neighbours share their J1_0 on a plane, and with it the start, which takes most of the time.
-    first = np.linspace(0, max(0, n - ABREAST), -(-min(n, size) // ABREAST)).astype(int)
-    sample = np.unique(np.minimum(first[:, None] + np.arange(ABREAST), n - 1))
-    again = certainty.decide(
-        lambda bits, scales, columns: integrated(bits, scales, sample[columns]),
-        sample.size,
-        rate,
-        rungs(precisions),
-    )
+
+    def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
+        return integrated(bits, scales, sample[columns])
+
+    least, *further = rungs(precisions)
+    again = certainty.decide(compute, sample.size, rate, [least])
+    telling = bool(2 * np.count_nonzero(again.certain[0]) >= sample.size)
+    certainty.climb(compute, again, rate, further)
     # `known` has rows of all columns, `again` of the sample alone.
     both = again.certain & known.certain[:, sample]
     differ = symbols(again.crossings.separatrix) != symbols(known.crossings.separatrix[:, sample])
-    return sample[(both & differ).any(axis=0)]
+    return sample[(both & differ).any(axis=0)], telling

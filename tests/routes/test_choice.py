@@ -50,8 +50,8 @@ def samples(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[int, ...]]
     asked: list[tuple[int, tuple[int, ...]]] = []
 
     def compared(*given: Any) -> Any:
-        asked.append((given[-1], given[-2]))
-        return np.array([], dtype=int)
+        asked.append((given[-1].size, given[-2]))
+        return np.array([], dtype=int), True
 
     monkeypatch.setattr(choice, "contradicted", compared)
     return asked
@@ -357,12 +357,12 @@ def test_orbits_that_start_beside_the_upper_periodic_orbit_have_no_map(above: st
 
 
 @pytest.mark.usefixtures("eager")
-def test_a_sample_of_all_is_in_doubles_and_of_few_in_more_bits(samples: list[Any]) -> None:
+def test_a_sample_of_few_is_in_more_bits_and_the_rest_in_doubles(samples: list[Any]) -> None:
     """Of a small part of all orbits one sample is enough."""
     shares, few = choice.SAMPLE // choice.LEAST_SAMPLE, (choice.LEAST_SAMPLE, (53, 106))
     for parts, expected in (
-        (1, [(choice.SAMPLE, (53,)), few]),
-        (shares - 1, [(choice.LEAST_SAMPLE + 2, (53,)), few]),
+        (1, [few, (choice.SAMPLE - choice.LEAST_SAMPLE, (53,))]),
+        (shares - 1, [few, (choice.ABREAST, (53,))]),
         (shares, [few]),
     ):
         samples.clear()
@@ -374,7 +374,7 @@ def test_a_sample_of_all_is_in_doubles_and_of_few_in_more_bits(samples: list[Any
 @pytest.mark.usefixtures("eager")
 def test_the_computations_of_a_sample_are_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "abreast", lambda run: ("at once", len(run.phases)))
-    monkeypatch.setattr(choice, "contradicted", compared := Mock(return_value=np.array([])))
+    monkeypatch.setattr(choice, "contradicted", compared := Mock(return_value=(np.array([]), True)))
     codes.codes_of(PROBLEM, PHASES, resolve(), 2, "map")
     assert [given.args[1] for given in compared.call_args_list] == 2 * [("at once", len(PHASES))]
 
@@ -399,13 +399,48 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
     ],
 )
 def test_what_is_certain_of_a_sample_is_contradicted(n: int, size: int, sample: list[int]) -> None:
+    spread = choice.spread(n, size)
+    assert spread.tolist() == sample
     seen = whole(53, Scales(), range(n))
     # The second of two symbols is another one.
     seen.separatrix[2] = 1
     for sure, wrong in ((True, sample), (False, [])):
         bits, by_map = np.full(n, 53, dtype=np.uint16), np.ones(n, dtype=bool)
         known = certainty.Decided(seen, np.full((2, n), sure), bits, by_map)
-        assert choice.contradicted(known, whole, 1.0, (53,), size).tolist() == wrong
+        found, telling = choice.contradicted(known, whole, 1.0, (53,), spread)
+        assert found.tolist() == wrong
+        assert telling
+
+
+@pytest.mark.parametrize(("doubtful", "telling"), [(0, True), (4, True), (5, False), (8, False)])
+def test_doubles_that_establish_few_first_symbols_tell_little(doubtful: int, telling: bool) -> None:
+    """More bits contradict all the same."""
+
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        found = whole(bits, scales, columns)
+        found.time[:, columns < doubtful] += bits == 53 and float(scales.momentum)
+        return found
+
+    seen = whole(53, Scales(), range(8))
+    seen.separatrix[2] = 1
+    every = np.full((2, 8), True), np.full(8, 82, dtype=np.uint16), np.ones(8, dtype=bool)
+    known, sample = certainty.Decided(seen, *every), np.arange(8)
+    for precisions, first in (((53, 106), 0), ((53,), doubtful)):
+        wrong, told = choice.contradicted(known, compute, 1.0, precisions, sample)
+        assert wrong.tolist() == list(range(first, 8))
+        assert told == telling
+
+
+@pytest.mark.usefixtures("eager")
+@pytest.mark.parametrize(("telling", "sampled"), [(True, choice.SAMPLE), (False, 8)])
+def test_where_doubles_tell_little_the_small_sample_is_all(
+    monkeypatch: pytest.MonkeyPatch, telling: bool, sampled: int
+) -> None:
+    compared = Mock(return_value=(np.array([], dtype=int), telling))
+    monkeypatch.setattr(choice, "contradicted", compared)
+    codes.codes_of(PROBLEM, PHASES[:100], resolve(None, None, (53, 106)), 1, "map")
+    seen = np.concatenate([given.args[-1] for given in compared.call_args_list])
+    assert sorted(seen) == choice.spread(100, sampled).tolist()
 
 
 FEW = np.linspace(0.5, 6, 10)
@@ -422,7 +457,7 @@ CELLS: Any = {"arithmetic": resolve(None, None, (53,)), "ends": (1e-9, 1e-8)}
         (lambda: found(FEW, n_symbols=3, J1_0="1.3e-8", jobs=2), r"= 0\.5 and J1_0 = 1\.3e-8"),
         (
             lambda: found(FEW, n_symbols=3, method="map", jobs=2),
-            "10 of the orbits in a sample differ, the first",
+            "8 of the orbits in a sample differ, the first",
         ),
         (lambda: cells_of_starts(PROBLEM, FEW, np.full(10, 1e-9), **CELLS), "5 and J1_0 = 1e-09"),
     ],
