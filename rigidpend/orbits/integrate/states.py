@@ -102,6 +102,11 @@ def states_at(
     return back(states_at(*given, bits, jobs, tolerance=tolerance))
 
 
+def finest_tolerance(bits: int) -> float:
+    """The finest local tolerance of states in a precision: its numbers keep spare bits, or none."""
+    return FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(_kind(bits), bits + SPARE_BITS))
+
+
 def _in_doubles(
     field: Field | AlignedCoefficients,
     states: Numbers,
@@ -184,7 +189,7 @@ def _sampled(
     """
     (parts, size, n), kind = states.shape, _kind(bits)
     if tolerance is None:
-        tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
+        tolerance = finest_tolerance(bits)
     lanes = lanes_for(n)
     if isinstance(field, AlignedCoefficients):
         traced, parameters = ALIGNED, in_parts(field, kind)

@@ -36,7 +36,7 @@ from rigidpend.mechanics.equations import aligned, on_section
 from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
-from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.integrate.states import finest_tolerance, states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.address import parsed
@@ -73,7 +73,7 @@ and a single one as little as none; with less splitting many orbits do not come 
 LOST = 12
 """Bits that a passage may lose where it meets the next."""
 GROWN = 4.0
-"""Number of roundings in a passage; grown to its end they are its error, if they exceed `LOST`."""
+"""Number of roundings in a passage, of the finest tolerance; grown to its end they are its error."""
 SECTION_BITS = 15
 """Bits that the numbers of the section have beyond those of the integration."""
 
@@ -294,29 +294,34 @@ class Closing(NamedTuple):
     """d and chi of the first crossing."""
 
 
-def roundings(orbit: ClosedOrbit, bits: int = 113) -> tuple[float, float, float]:
+def roundings(orbit: ClosedOrbit, bits: int = 113) -> tuple[Array, Array]:
     """Roundings of an orbit's integration, by its map; NoOrbit where :func:`closing` tells nothing.
 
-    These are the change of chi behind a passage by a relative rounding of d, or by one of chi,
-    before it; the gap below which passages count as met; and the growth of gaps to the end of the
-    period.
+    These are the errors (n, 2) of d and chi at the end of each of n passages, and by how much an
+    error there grows to the end of the period, (n, 2, 2).
     """
     check_told(orbit.chain)
     chain, slopes = orbit.chain, tangents(orbit.chain)[:, :2]
-    ones = np.ones(len(chain.b))
-    grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], ones), axis=1)).max())
-    met = max(2.0**LOST, GROWN * grown) * 2.0**-bits
-    # A change at the end of a passage, grown by those behind it to the end of the period, from the
-    # last passage on.
+    # A passage rounds as if it began with roundings, d of its own size. Where it ends, they are
+    # those of a state, of size 1.
+    begin = np.stack((np.abs(chain.d[:-1]), np.ones(len(slopes))), axis=1)
+    rounded = GROWN * finest_tolerance(bits) * (np.einsum("nij,nj->ni", np.abs(slopes), begin) + 1)
     behind = itertools.accumulate(slopes[:0:-1], np.matmul, initial=np.eye(2))
-    growth = sum(float(np.abs(whole).sum(axis=1).max()) for whole in behind)
-    if growth * met > MOVED:
+    growth = np.abs([*behind][::-1])
+    _told(orbit, bits, growth, rounded)
+    return rounded, growth
+
+
+def _told(orbit: ClosedOrbit, bits: int, growth: Array, errors: Array) -> float:
+    """Size at the period's end of errors (n, 2) of its passages; NoOrbit where it tells nothing."""
+    size = float(np.einsum("nij,nj->i", growth, errors).max())
+    if size > MOVED:
         raise NoOrbit(
             f"a period of {orbit.code} with {orbit.half_turns} half rotations in each passage grows"
-            f" roundings of {bits} bits to {growth * met:.1g} rad, which verifies nothing:"
+            f" roundings of {bits} bits to {size:.1g} rad, which verifies nothing:"
             " verify shorter words, or give passages fewer half rotations"
         )
-    return grown, met, growth
+    return size
 
 
 def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
@@ -329,7 +334,8 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     doubles to begin with, or grow roundings so much that the end tells nothing.
     """
     bits = checked.whole("bits", bits, CLOSING_BITS)
-    grown, met, growth = roundings(orbit, bits)
+    rounded, growth = roundings(orbit, bits)
+    met = max(2.0 ** (LOST - bits), float(rounded.max()))
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     h, turn = a.number(level.energy.at(a.bits)), 2 * a.pi
@@ -372,7 +378,8 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         raise NoOrbit(f"the orbit of {orbit.code} does not come to close, by {float(size):.2g}")
     period, first = times.sum(), places[:1]
     error = a.largest(gaps(first, first, np.array([period]))[0])
-    # Integrated as a whole, the passages round otherwise than alone: both kinds count.
-    expected = growth * (float(size) + (1 + GROWN * grown) * 2.0**-bits)
+    # Integrated as a whole, the passages round otherwise than alone: both kinds count. Gaps count
+    # twice, for the derivatives are those of the map in doubles.
+    expected = _told(orbit, bits, growth, rounded + 2 * np.abs(off.astype(float)))
     d, chi = map(fraction, first[0])
     return Closing(error, expected, a.largest(places - begin), fraction(period), (d, chi))
