@@ -55,6 +55,19 @@ def test_the_arrows_go_as_the_flow_does(content: Any, data: Any) -> None:
         assert np.sign(np.diff(y)[0]) == np.sign(J1_rate) or y[0] == y[1]
 
 
+@pytest.mark.parametrize(
+    ("A", "apart"), [("[1, 1e-20, 1 - 1e-20/2]", (2, 3)), ("[1, 1/2, 1/2 + 1e-40]", (1, 2))]
+)
+def test_separatrices_at_one_place_are_joined_there(A: str, apart: tuple[int, int]) -> None:
+    """Their turn is of no length, and leaves the window on neither side."""
+    edges = computed(asked("fig2", f"problem.A={A}"))["edges"]
+    places = dict(zip(edges["from"], edges["theta1"][0], strict=True))
+    i, k = map(str, apart)
+    for start, end in ((f"{i}*", f"{k}*"), (i, k), (k, i), (f"{k}*", f"{i}*")):
+        joins = (edges["from"] == start) & (edges["to"] == end)
+        np.testing.assert_array_equal(edges["theta1"][:, joins], places[i])
+
+
 @pytest.mark.parametrize("A", ["[2, 0.1, 1.95]", "[2, 1.499, 1.5]"], ids=["near pi", "near 0"])
 def test_numbers_of_separatrices_stay_apart_where_these_nearly_meet(A: str) -> None:
     """Two are 0.15 and 0.2 radians apart, and the name of their rectangle is upon neither."""
