@@ -32,6 +32,7 @@ REFUSED = {
     "fig1": {
         "problem.A=[1, 2, 1.5]": "problem.A: A1 > A3 > A2 is broken",
         "problem.heights=[0.5, 1]": "problem.heights: a height |M3|/|M| is more than 0",
+        "problem.heights=[1 - 1e-20]": "less than 1, got 1 - 1e-20, 1 in doubles",
         "problem.heights=[]": "problem.heights: expected at least",
         "problem.view.elevation=2": "problem.view.elevation: an elevation is from -pi/2",
         "problem.points=3": "problem.points: input should be greater than or equal to 9",
