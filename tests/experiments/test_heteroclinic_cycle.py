@@ -68,7 +68,11 @@ def test_separatrices_at_one_place_are_joined_there(A: str, apart: tuple[int, in
         np.testing.assert_array_equal(edges["theta1"][:, joins], places[i])
 
 
-@pytest.mark.parametrize("A", ["[2, 0.1, 1.95]", "[2, 1.499, 1.5]"], ids=["near pi", "near 0"])
+@pytest.mark.parametrize(
+    "A",
+    ["[2, 0.1, 1.95]", "[2, 1.499, 1.5]", "[2, 1e-20, 2 - 1e-20]"],
+    ids=["near pi", "near 0", "at pi in doubles"],
+)
 def test_numbers_of_separatrices_stay_apart_where_these_nearly_meet(A: str) -> None:
     """Two are 0.15 and 0.2 radians apart, and the name of their rectangle is upon neither."""
     result = reference("fig2")
