@@ -97,7 +97,8 @@ def holding(allowed: Callable[[float], bool], said: str) -> AfterValidator:
 
     def held(x: Exact) -> Exact:
         if not allowed(double := float(x)):
-            rounded = "" if str(x) == f"{double:g}" else f", {double:g} in doubles"
+            plain = str(x) in (f"{double:g}", repr(double))
+            rounded = "" if plain else f", {double!r} in doubles"
             raise ValueError(f"{said}, got {x}{rounded}")
         return x
 

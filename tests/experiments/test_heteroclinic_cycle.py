@@ -56,6 +56,17 @@ def test_the_arrows_go_as_the_flow_does(content: Any, data: Any) -> None:
 
 
 @pytest.mark.parametrize(
+    ("A", "of_order_one"),
+    [("[1e150, 5e149, 7e149]", "[10, 5, 7]"), ("[2e-150, 1e-150, 1.5e-150]", "[2, 1, 1.5]")],
+)
+def test_any_scale_of_the_moments_is_the_same_body(A: str, of_order_one: str) -> None:
+    """Up to the ends of what is accepted."""
+    edges = computed(asked("fig2", f"problem.A={A}"))["edges"]
+    again = computed(asked("fig2", f"problem.A={of_order_one}"))["edges"]
+    np.testing.assert_allclose(edges["theta1"], again["theta1"], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
     ("A", "apart"), [("[1, 1e-20, 1 - 1e-20/2]", (2, 3)), ("[1, 1/2, 1/2 + 1e-40]", (1, 2))]
 )
 def test_separatrices_at_one_place_are_joined_there(A: str, apart: tuple[int, int]) -> None:
