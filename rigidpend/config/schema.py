@@ -96,8 +96,10 @@ def holding(allowed: Callable[[float], bool], said: str) -> AfterValidator:
     """Validator of a number by a condition on its double, with the message for other numbers."""
 
     def held(x: Exact) -> Exact:
-        if not allowed(float(x)):
-            raise ValueError(f"{said}, got {x}")
+        if not allowed(double := float(x)):
+            plain = str(x) in (f"{double:g}", repr(double))
+            rounded = "" if plain else f", {double!r} in doubles"
+            raise ValueError(f"{said}, got {x}{rounded}")
         return x
 
     return AfterValidator(held)

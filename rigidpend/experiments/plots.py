@@ -19,7 +19,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import FixedFormatter, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
@@ -99,6 +99,9 @@ def label_hodograph(axes: Axes) -> None:
     # With a nearly symmetric body omega_xi is some thousandth of omega_zeta: a line in one scale.
     low, high = sorted(axes.dataLim.size)
     axes.set_aspect("equal" if low > FLATTEST * high else "auto")
+    if low <= FLATTEST * high:
+        # A flat curve ends at the panel's edges: room for the names of its ends.
+        axes.margins(x=0.12)
     axes.set(xlabel=r"$\omega_\zeta$ ($1/t$)", ylabel=r"$\omega_\xi$ ($1/t$)")
 
 
@@ -227,7 +230,9 @@ def separatrix_ticks(axes: Axes, places: ArrayLike, digits: int) -> None:
     labels = [
         f"{name}\n${place:.{digits}f}$" for name, place in zip(SEPARATRIX_NAMES, x, strict=True)
     ]
-    axes.set_xticks(x, labels)
+    axes.set_xticks(x)
+    # By number: by their place two at one place would have one label.
+    axes.xaxis.set_major_formatter(FixedFormatter(labels))
     texts = axes.get_xticklabels()
     for (left, right), (first, second) in zip(pairwise(x), pairwise(texts), strict=True):
         if right - left < CLOSE * (x[-1] - x[0]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -19,6 +20,9 @@ FARTHEST_ENERGY = 1e6
 """Largest energy, and the inverse of the least.
 
 At larger energies series of high order overflow; at smaller ones the longest step is too short."""
+
+LARGEST_MOMENT = 1e150
+"""Largest moment of inertia, and the inverse of the least: products of two are still doubles."""
 
 OUTSIDE = (
     "with the centre of gravity out of the plane of axes 1 and 2, those of the largest and the"
@@ -64,7 +68,8 @@ class Body:
     Parameters
     ----------
     A : sequence of 3 numbers
-        Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1 (equality is a flat body).
+        Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1 (equality is a flat body),
+        each from 1e-150 to 1e150.
     r : sequence of 3 numbers
         Direction from the fixed point to the centre of gravity, r1, r2 >= 0, r3 = 0.
         It is normalised.
@@ -259,6 +264,12 @@ def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
     for number, moment in enumerate(A, 1):
         if not moment.at(113) > 0:
             raise ParameterError("A", f"A{number} > 0 is broken: {_shown('A', A)}")
+        if abs(context(113).log10(moment.at(113))) > math.log10(LARGEST_MOMENT):
+            raise ParameterError(
+                "A",
+                f"A{number} is outside of {1 / LARGEST_MOMENT:g} to {LARGEST_MOMENT:g}:"
+                f" {_shown('A', A)}; take other units: A times a number only changes that of time",
+            )
     # Of any order: relabelled axes would not mend it.
     most = max(range(3), key=lambda i: A[i].at(113))
     i, k = (place for place in range(3) if place != most)

@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from rigidpend.mechanics.body import Angles
+from rigidpend.mechanics.body import Angles, Body
 from rigidpend.numbers import Elementary, Numbers, Scalar
+from rigidpend.numbers.exact import context
 
 
 def cross(a: Numbers, b: Numbers) -> tuple[Any, Any, Any]:
@@ -83,6 +84,15 @@ def aligned_coefficients(p: Angles, m: Elementary) -> AlignedCoefficients:
         omega2=(p.kappa + sa * sa) / (2 * sa),
         kappa=p.kappa,
     )
+
+
+def rounded_coefficients(body: Body) -> AlignedCoefficients:
+    """Coefficients of :func:`aligned` as doubles, each correct to its last digit.
+
+    From angles in doubles they are not: near alpha0 = pi, as in a thin body, cos(alpha0/2) is lost.
+    """
+    m = context(113)
+    return AlignedCoefficients(*map(float, aligned_coefficients(body.angles(m.prec), m)))
 
 
 def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:

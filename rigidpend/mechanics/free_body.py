@@ -94,13 +94,14 @@ def _from_beta0(number: int, alpha0: Scalar, m: Elementary) -> Any:
     return direction(number) * alpha0 + (2 * m.pi if number > 2 else 0)
 
 
-def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
-    """Map points M (3, n) of length 1 to theta1 and J1/J2, with start <= theta1 < start + 4 pi.
+def in_plane(M: ArrayLike, beta0: float, middle: ArrayLike) -> tuple[Any, Any]:
+    """Map points M (3, n) of length 1 to theta1 and J1/J2, with theta1 within 2 pi of `middle`.
 
     None may lie on the axis of M3, where theta1 is not defined.
     """
     # theta1 and J1 do not depend on gamma, so that any unit vector serves.
     c = canonical_from_andoyer(andoyer_from_body(M, np.ones_like(M) / np.sqrt(3)), beta0)
+    start = np.asarray(middle) - TURN
     return start + np.mod(c.theta1 - start, 2 * TURN), c.J1 / c.J2
 
 

@@ -8,7 +8,6 @@ M at theta3 = 0. M and omega are physical, in principal axes.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable
 from enum import Enum
 from typing import Any
@@ -17,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.mechanics.body import SAME_WITHIN, Angles, Body
-from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
-from rigidpend.mechanics.equations import aligned, aligned_coefficients, cross
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
+from rigidpend.mechanics.equations import aligned, cross, rounded_coefficients
 from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import context
 
@@ -139,14 +138,13 @@ def field(body: Body) -> Callable[[Any], tuple[Any, ...]]:
 
     alpha needs no quadrature: (th_al) gives it from theta3.
     """
-    A, r, mu = body.floats()
-    p, s = body.angles(), scale(A, math)
-    coefficients = aligned_coefficients(p, math)
+    _, r, mu = body.floats()
+    coefficients = rounded_coefficients(body)
 
     def rates(state: Numbers) -> tuple[Any, ...]:
-        M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
-        # `turning_rate` is per unit of t, and t' = t s.
-        return (*aligned(state[:6], coefficients), turning_rate(M, r, mu) / s)
+        # From dimensionless M follows the rate in t', and not in physical t.
+        M, _ = body_from_aligned(Aligned(*state[:6]), body.alpha0, 1.0)
+        return (*aligned(state[:6], coefficients), turning_rate(M, r, mu))
 
     return rates
 

@@ -10,13 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.mechanics import in_space
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import (
-    Aligned,
-    body_from_aligned,
-    canonical_from_aligned,
-    scale,
-)
-from rigidpend.mechanics.equations import aligned_coefficients, on_section
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, canonical_from_aligned
+from rigidpend.mechanics.equations import on_section, rounded_coefficients
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers import Array, Numbers
 from rigidpend.orbits.integrate.passages import crosses
@@ -67,8 +62,9 @@ def follow(
 ) -> RouteOrbit:
     """Integrate the orbit of a route, sampled evenly to half a passage behind its last crossing.
 
-    `theta2_0` is in radians. `crossing_time`, (k,) with k >= 2, are the crossings of the route, and
-    `step` is the distance of samples, both in t'.
+    The passage is the last one of the route, or the next if that is shorter. `theta2_0` is in
+    radians. `crossing_time`, (k,) with k >= 2, are the crossings of the route, and `step` is the
+    distance of samples, both in t'.
     """
     end = crossing_time[-1] + (crossing_time[-1] - crossing_time[-2]) / 2
     t = np.arange(0.0, end, step)
@@ -78,8 +74,13 @@ def follow(
     field, begin = in_space.field(problem.body), initial_state(problem, theta2_0)
     states = states_at(field, begin, times, engine=engine, tolerance=tolerance)
     at = np.searchsorted(times, crossing_time)
-    _, late = on_section(states[:6, at], aligned_coefficients(problem.body.angles(), math))
-    return RouteOrbit(t, states[:, np.searchsorted(times, t)], late)
+    _, late = on_section(states[:6, at], rounded_coefficients(problem.body))
+    sampled = states[:, np.searchsorted(times, t)]
+    # Of a heavy body the passage after the route may be much shorter than the last one of it.
+    beyond = t[1:][crosses(sampled[2, :-1], sampled[2, 1:])]
+    beyond = beyond[beyond > crossing_time[-1] + step]
+    n = np.searchsorted(t, (crossing_time[-1] + beyond[0]) / 2) if beyond.size else t.size
+    return RouteOrbit(t[:n], sampled[:, :n], late)
 
 
 def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
@@ -116,4 +117,6 @@ def vertices(separatrices: ArrayLike) -> str:
 
 def physical(states: Numbers, body: Body) -> tuple[Array, Array]:
     """Physical M and gamma, each (3, ...), of states with six aligned components."""
-    return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(body.floats()[0], math))
+    # kappa is 1/(A3 s^2). From moments in doubles s is lost where A1 is near A2.
+    s = 1 / math.sqrt(body.floats()[0][2] * body.kappa)
+    return body_from_aligned(Aligned(*states[:6]), body.alpha0, s)

@@ -184,11 +184,13 @@ def _steps(problem: RouteProblem) -> tuple[float, int]:
 
 
 def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:
-    """Map aligned states (6, ...) to theta1, on the sheet of alpha0 + beta0, and J1/J2."""
+    """Map aligned states (6, n, ...) to J1/J2 and theta1, which begins near alpha0 + beta0."""
     c = canonical_from_aligned(Aligned(*orbits), alpha0, beta0)
-    # theta1 is known modulo 4 pi: with the separatrix in the middle of the sheet no curve jumps.
+    # theta1 is known modulo 4 pi: it begins on the sheet of which the separatrix is the middle, and
+    # a curve that leaves it, in a window that is wider, goes on without a jump.
     centre, sheet = alpha0 + beta0, 4 * math.pi
-    return centre + np.mod(c.theta1 - centre + sheet / 2, sheet) - sheet / 2, c.J1 / c.J2
+    off = np.mod(c.theta1 - centre + sheet / 2, sheet) - sheet / 2
+    return centre + np.unwrap(off, axis=0, period=sheet), c.J1 / c.J2
 
 
 def points(x: Array, y: Array) -> NDArray[np.intp]:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -15,6 +16,25 @@ def test_each_body_is_a_part_of_the_run_and_all_are_as_they_are_stored() -> None
     fresh = computed(asked("fig3"), parts)
     assert parts == list("abcdefg")
     assert unlike_stored("fig3", fresh, {}) == set()
+
+
+def test_the_swing_of_a_thin_body_keeps_its_digits() -> None:
+    """pi - alpha0 is 1.4e-4, of which an angle in doubles has twelve digits.
+
+    Without J1 (eq1) has the solution theta1 - centre of the rate -u and a drive of the rate
+    kappa J2, of amplitude 2 mu sin(centre/2)/J2.
+    """
+    grid = "problem.theta2_0={start: 0, step: 1, count: 1}"
+    asks = "problem.bodies={x: [1, 1e-4, 0.99995]}", "problem.beta0=2", grid
+    found = computed(asked("fig3", *asks))["bodies"]["x"]["Delta_1"]
+    with mpmath.workdps(40):
+        A1, A2, A3 = 1, mpmath.mpf("1e-4"), mpmath.mpf("0.99995")
+        alpha0 = 2 * mpmath.atan(mpmath.sqrt(A1 * (A3 - A2) / (A2 * (A1 - A3))))
+        kappa = A1 * A2 / (A3 * (A1 - A2))
+        J2_2 = 4 / (A3 * kappa)
+        drive = mpmath.mpf("0.02") * abs(mpmath.sin(alpha0 / 2 + 1))
+        expected = float(drive / J2_2 / mpmath.hypot(mpmath.sin(alpha0), kappa))
+    assert found == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 def test_samples_at_other_times_are_no_agreement() -> None:

@@ -313,6 +313,31 @@ def test_bodies_of_nearly_equal_nu_share_a_label(nu: list[float], said: str) -> 
     assert not overlap(text.get_window_extent() for text in names)
 
 
+def test_long_names_of_bodies_are_not_upon_each_other() -> None:
+    def change(data: Any) -> None:
+        bodies = enumerate(data["bodies"].values())
+        data["bodies"] = {f"Wide_name_of_the_body_number_{k}": body for k, body in bodies}
+
+    figure = laid_out(drawn_with("asymptotic_surfaces", change))
+    titles = [axes.title for axes in figure.axes if axes.get_title()]
+    assert len(titles) == 7
+    assert not overlap(title.get_window_extent() for title in titles)
+
+
+def test_lines_of_a_route_join_where_there_are_few_samples() -> None:
+    def change(data: Any) -> None:
+        for case in data.values():
+            for name in ("t", "theta1", "J1_over_J2", "theta3", "alpha", "omega"):
+                case[name] = case[name][::120]
+            case["wound"] = case["wound"] // 120
+
+    angle, spiral, *_ = drawn_with("herpolhodes", change).axes
+    for axes, count in ((angle, 6), (spiral, 3)):
+        ends = [np.array(line.get_xydata()) for line in axes.lines]
+        for one, other in itertools.pairwise(ends[:count]):
+            np.testing.assert_array_equal(one[-1], other[0])
+
+
 def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
     def change(data: Any) -> None:
         data["bodies"] = {"a": data["bodies"]["a"]}
@@ -339,7 +364,7 @@ def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_r
     assert {row[-1] for row in table.rows} == {"7.98e-06"}
 
 
-@pytest.mark.parametrize("A3", ["0.50001", "0.99999"])
+@pytest.mark.parametrize("A3", ["0.50001", "0.99999", "0.5 + 1e-40"])
 @pytest.mark.parametrize("name", ["fig1", "fig2"])
 def test_labels_of_separatrices_that_nearly_meet_are_apart(name: str, A3: str) -> None:
     """At one place -0.0126 and 0.0127 would read as one number, and 2 be upon 3."""
@@ -348,6 +373,7 @@ def test_labels_of_separatrices_that_nearly_meet_are_apart(name: str, A3: str) -
     figure = laid_out(styled({"attributes": told, "data": computed(content)}))
     *_, plane = figure.axes
     low = [x.get_window_extent() for x in plane.get_xticklabels()]
+    assert len({x.get_text() for x in plane.get_xticklabels()}) == 5
     point = figure.dpi / 72
     assert all(b.x0 - a.x1 > 3 * point for a, b in itertools.pairwise(low))
     numbers = [x for x in plane.texts if x.get_text() in set("1234")]

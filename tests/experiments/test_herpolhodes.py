@@ -42,9 +42,35 @@ def test_a_route_that_is_not_certain_or_is_left_is_no_result(
         with pytest.raises(ArithmeticError, match=rf"theta2_0 = 1\.02: {said}"):
             computed(content)
     monkeypatch.undo()
-    monkeypatch.setattr(herpolhodes, "separatrices", lambda _: np.array([2, 1, 4, 3, 4, 3]))
     with pytest.raises(ArithmeticError, match=r"theta2_0 = 1\.02: .* leaves the route; take fewer"):
-        computed(content)
+        computed(asked("fig5", "problem.n_symbols=18"))
+
+
+CASE = "problem.cases={case: {theta2_0: %s}}"
+
+
+def test_a_route_with_a_short_passage_after_it_is_a_result() -> None:
+    """A heavy body: the next passage is much shorter than the last, of which half is sampled."""
+    heavy = "problem.mu=0.3", "problem.J1_0=1e-5", "problem.n_symbols=1", "problem.n_wound=1"
+    [case] = computed(asked("fig5", *heavy, CASE % "5.032")).values()
+    first, last = case["crossing_time"]
+    assert case["route"] == "2-2*-1*-1"
+    half = np.sign(case["J1_over_J2"] - 0.5)
+    assert np.count_nonzero(np.diff(half)) == 2, "no crossing that is not the route's"
+    assert 0 < (case["t"][-1] - last) / (last - first) < 0.1
+
+
+THIN = "problem.A=[1, 1e-6, 0.9999995]", "problem.r=[1, 2, 0]", "problem.h0=1", "problem.J1_0=1e-9"
+
+
+def test_samples_of_a_thin_body_cross_with_its_route_or_are_told_to_be_too_few() -> None:
+    """pi - alpha0 is 1.4e-6, of which an angle in doubles has ten digits."""
+    [case] = computed(
+        asked("fig5", *THIN, "problem.n_symbols=3", "numerics.points=1000", CASE % "0.7")
+    ).values()
+    assert np.abs(case["crossing_error"]).max() < 1e-12 * case["crossing_time"][-1]
+    with pytest.raises(ArithmeticError, match="the samples miss a crossing"):
+        computed(asked("fig5", *THIN, "problem.n_symbols=3", CASE % "0.7"))
 
 
 @pytest.mark.parametrize("J1_0", ["1e-9", "0.05", "0.3", "0.6"])

@@ -55,7 +55,35 @@ def test_the_arrows_go_as_the_flow_does(content: Any, data: Any) -> None:
         assert np.sign(np.diff(y)[0]) == np.sign(J1_rate) or y[0] == y[1]
 
 
-@pytest.mark.parametrize("A", ["[2, 0.1, 1.95]", "[2, 1.499, 1.5]"], ids=["near pi", "near 0"])
+@pytest.mark.parametrize(
+    ("A", "of_order_one"),
+    [("[1e150, 5e149, 7e149]", "[10, 5, 7]"), ("[2e-150, 1e-150, 1.5e-150]", "[2, 1, 1.5]")],
+)
+def test_any_scale_of_the_moments_is_the_same_body(A: str, of_order_one: str) -> None:
+    """Up to the ends of what is accepted."""
+    edges = computed(asked("fig2", f"problem.A={A}"))["edges"]
+    again = computed(asked("fig2", f"problem.A={of_order_one}"))["edges"]
+    np.testing.assert_allclose(edges["theta1"], again["theta1"], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("A", "apart"), [("[1, 1e-20, 1 - 1e-20/2]", (2, 3)), ("[1, 1/2, 1/2 + 1e-40]", (1, 2))]
+)
+def test_separatrices_at_one_place_are_joined_there(A: str, apart: tuple[int, int]) -> None:
+    """Their turn is of no length, and leaves the window on neither side."""
+    edges = computed(asked("fig2", f"problem.A={A}"))["edges"]
+    places = dict(zip(edges["from"], edges["theta1"][0], strict=True))
+    i, k = map(str, apart)
+    for start, end in ((f"{i}*", f"{k}*"), (i, k), (k, i), (f"{k}*", f"{i}*")):
+        joins = (edges["from"] == start) & (edges["to"] == end)
+        np.testing.assert_array_equal(edges["theta1"][:, joins], places[i])
+
+
+@pytest.mark.parametrize(
+    "A",
+    ["[2, 0.1, 1.95]", "[2, 1.499, 1.5]", "[2, 1e-20, 2 - 1e-20]"],
+    ids=["near pi", "near 0", "at pi in doubles"],
+)
 def test_numbers_of_separatrices_stay_apart_where_these_nearly_meet(A: str) -> None:
     """Two are 0.15 and 0.2 radians apart, and the name of their rectangle is upon neither."""
     result = reference("fig2")

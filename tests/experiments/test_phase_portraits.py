@@ -6,6 +6,7 @@ That free bodies move along such curves is tested with `mechanics.free_body`.
 import copy
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.experiments.pages import laid_out, overlap, styled
@@ -19,6 +20,23 @@ def data() -> Any:
 
 def test_all_is_as_it_is_stored(data: Any) -> None:
     assert unlike_stored("fig1", data, {}) == set()
+
+
+def test_no_curve_is_cut_where_rounding_puts_it_on_a_separatrix() -> None:
+    """A cut one would be drawn as a line across the window of 4 pi."""
+    near = "problem.heights=[0.999999999999999, 0.9999999999999999]"
+    curves = computed(asked("fig1", near))["orbits"]
+    each = np.split(curves["theta1"], curves["offsets"][1:-1])
+    assert len(each) == 8
+    assert max(map(np.ptp, each)) < 3.8213, "no cell is wider than 2 alpha0"
+
+
+def test_levels_of_a_nearly_symmetric_body_keep_their_digits() -> None:
+    """kappa/2 is 2.5e9, beside which they would be rounded to 1e-7."""
+    orbits = computed(asked("fig1", "problem.A=[1, 1 - 2e-10, 1 - 1e-10]"))["orbits"]
+    # alpha0 is pi/2 up to 1e-10; (1 - height^2)/4 with the sign of the axis.
+    expected = (1 - orbits["height"] ** 2) / 4 * np.where(orbits["around"] == 2, 1, -1)
+    np.testing.assert_allclose(orbits["level"], expected, atol=1e-10)
 
 
 def test_visibility_may_change_on_the_outline_only(data: Any) -> None:

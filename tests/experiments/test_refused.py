@@ -32,12 +32,15 @@ REFUSED = {
     "fig1": {
         "problem.A=[1, 2, 1.5]": "problem.A: A1 > A3 > A2 is broken",
         "problem.heights=[0.5, 1]": "problem.heights: a height |M3|/|M| is more than 0",
+        "problem.heights=[1 - 1e-20]": "less than 1, got 1 - 1e-20, 1.0 in doubles",
         "problem.heights=[]": "problem.heights: expected at least",
         "problem.view.elevation=2": "problem.view.elevation: an elevation is from -pi/2",
         "problem.points=3": "problem.points: input should be greater than or equal to 9",
         "numerics.engine=scipy": "numerics: unknown key",
     },
     "fig2": {
+        "problem.A=[1.01e150, 6e149, 1e150]": "problem.A: A1 is outside of 1e-150 to 1e+150",
+        "problem.A=[1.6e-150, 9e-151, 1e-150]": "problem.A: A2 is outside of 1e-150 to 1e+150",
         "problem.r=[0, 0, 0]": "problem.r: r must have a direction",
         "problem.mu=0": "problem.mu: unknown key",
     },

@@ -2,9 +2,11 @@
 
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
+from rigidpend import Body
 from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
@@ -45,6 +47,16 @@ def test_a_sample_on_the_section_is_one_crossing() -> None:
     Qp, Qm, M3 = [1, 1, 1, -1, -1], [-1, -1, 1, 1, 1], [-1, 0, 1, 1, -1]
     found = herpolhode.separatrices(np.array([Qp, Qm, M3, *[[0] * 5] * 3], dtype=float))
     np.testing.assert_array_equal(found, [2, 3])
+
+
+def test_momenta_of_a_nearly_symmetric_body_are_physical_to_their_last_digits() -> None:
+    """A1 - A2 is 2e-10, of which moments in doubles have six digits."""
+    with mpmath.workdps(40):
+        A1, A2, M3 = mpmath.mpf(1), mpmath.mpf("0.9999999998"), mpmath.mpf("1e-5")
+        expected = float(M3 / mpmath.sqrt((A1 - A2) / (A1 * A2)))
+    body = Body(A=(1, "0.9999999998", "0.9999999999"), r=(1, 2, 0), mu=0)
+    M, _ = herpolhode.physical(np.array([0.0, 0.0, 1e-5, 0.0, 0.0, -1.0]), body)
+    assert M[2] == pytest.approx(expected, rel=1e-15)
 
 
 def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:

@@ -176,3 +176,14 @@ def test_many_orbits_are_followed_some_at_a_time(monkeypatch: pytest.MonkeyPatch
         np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), rtol=1e-13)
     monkeypatch.setattr(surfaces, "AT_ONCE", 1)
     np.testing.assert_array_equal(lower(problem).offsets, whole.offsets)
+
+
+def test_a_curve_that_leaves_the_sheet_goes_on_without_a_jump() -> None:
+    """Through three sheets of 4 pi, as in a wide window around a heavy body."""
+    alpha0, beta0 = 1.9, 0.7
+    theta1 = alpha0 + beta0 + np.linspace(0, 12 * math.pi, 200)
+    Qp, Qm = (0.8 * np.sin((theta1 - beta0 + side) / 2) for side in (alpha0, -alpha0))
+    orbit = np.stack((Qp, Qm, np.full(200, 0.6), np.zeros(200), np.zeros(200), np.ones(200)))
+    found, ratio = projected(np.stack((orbit, orbit), axis=2), alpha0, beta0)
+    np.testing.assert_allclose(found, np.stack((theta1, theta1), axis=1), atol=1e-13)
+    np.testing.assert_allclose(ratio, 0.8, atol=1e-15)

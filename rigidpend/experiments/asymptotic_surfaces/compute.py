@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import Any
 
@@ -16,6 +15,7 @@ from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import attributes
 from rigidpend.machine.wording import counted
 from rigidpend.mechanics.pendulum import Delta_1
+from rigidpend.numbers.exact import context
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import curves as surfaces
@@ -66,8 +66,10 @@ def _problems(problem: Problem) -> dict[str, RouteProblem]:
 
 
 def _window(checked: RouteProblem, half_width: float) -> dict[str, Any]:
-    p, h0 = checked.body.angles(), float(checked.h0)
-    centre, delta, sides = p.alpha0 + p.beta0, Delta_1(p, h0, 1, math), np.array([-1, 1])
+    # In more bits than doubles, in which the sine of a thin body's alpha0, near pi, is lost.
+    m = context(113)
+    p, sides = checked.body.angles(m.prec), np.array([-1, 1])
+    centre, delta = float(p.alpha0 + p.beta0), float(Delta_1(p, checked.h0.at(m.prec), 1, m))
     step = surfaces.times(checked)[1]
     # Near its periodic orbit a surface has the width of that orbit's swing Delta_1 (dt).
     born, window = centre + delta * sides, centre + half_width * delta * sides

@@ -27,6 +27,8 @@ SMALL = 1e-3
 """Swing Delta_1, radians, of which five digits after the point show at least a hundredth."""
 NARROW = 1.5
 """Half width of a window, in Delta_1, below which ticks at its swing are near its edges."""
+LONG = 11
+"""Number of letters for which a panel has room. Below the figure longer names stand whole."""
 BORN: Any = (0, (4, 3))
 """Line style for the swing Delta_1 of the periodic orbits from which surfaces begin."""
 THIN = 0.28
@@ -66,6 +68,8 @@ def draw(result: Loaded) -> Figure:
 
 
 def _title(name: str, nu: float) -> str:
+    if len(name) > LONG:
+        name = name[: LONG - 4] + r"\ldots " + name[-3:]
     # matplotlib's mathematics would read an underscore as a subscript.
     return rf"$\it{{{name}}}$".replace("_", r"\_") + "\n" + rf"$\nu = {nu:.2f}$"
 

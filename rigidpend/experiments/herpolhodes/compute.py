@@ -16,6 +16,9 @@ from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrice
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import rotation_period
 
+ON_ROUTE = 1e-3
+"""Share of the shortest passage by which an orbit on its route may cross late, at most."""
+
 
 def compute(config: Config, means: Means) -> Tree:
     """Compute the orbit of every case; its route must be certain, and the samples on it."""
@@ -53,8 +56,13 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
         tolerance=means.arithmetic.tolerance,
     )
     # The route may have been decided in more bits; samples in doubles might follow another one.
-    if not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
+    shortest, late = np.diff(routes.crossing_time[:, 0]).min(), np.abs(orbit.crossing_error).max()
+    said = ""
+    if not late < ON_ROUTE * shortest:
         said = "the orbit in doubles leaves the route; take fewer symbols"
+    elif not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
+        said = "the samples miss a crossing of the route; take more points"
+    if said:
         raise ArithmeticError(f"theta2_0 = {theta2_0}: {said}")
     return orbit
 

@@ -45,11 +45,15 @@ def draw(result: Loaded) -> Figure:
 
 
 def _parts(case: Data) -> Iterator[tuple[int, Any]]:
-    """Each separatrix of the route with its samples, which end halfway between crossings."""
+    """Each separatrix of the route with its samples, which end halfway between crossings.
+
+    The next one's first sample is among them, so that no gap is between two lines.
+    """
     crossing, t = case["crossing_time"], case["t"]
     bounds = np.concatenate((t[:1], (crossing[:-1] + crossing[1:]) / 2, t[-1:]))
     for i, (start, end) in zip(case["separatrix"], pairwise(bounds), strict=True):
-        yield int(i), np.flatnonzero((t >= start) & (t <= end))
+        first, last = np.searchsorted(t, (start, end))
+        yield int(i), np.arange(first, min(last + 1, t.size))
 
 
 def _draw_angle(axes: Axes, case: Data) -> None:

@@ -61,7 +61,8 @@ def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> tuple[Any, ...]:
     arriving, leaving, symbol = turn
     J1 = 1.0 if direction(arriving) == 1 else 0.0
     begin, end = float(theta1[arriving - 1]), float(theta1[leaving - 1])
-    if (end > begin) != bool(symbol):
+    # Two separatrices may lie at one place, where alpha0 rounds to pi or is lost beside beta0.
+    if (end < begin) if symbol else (end > begin):
         # The turn leaves the window: its lower end is drawn again 4 pi further.
         begin, end = (x + 2 * TURN if x == min(begin, end) else x for x in (begin, end))
     labels = (_label(number, J1) for number in (arriving, leaving))

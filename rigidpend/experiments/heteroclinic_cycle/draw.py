@@ -40,7 +40,7 @@ def draw(result: Loaded) -> Figure:
     figure = Figure(figsize=(WIDTH, 3.4))
     axes = figure.add_axes(PANEL)
     _draw_rectangles(axes, data["rectangles"])
-    shifts = _shifts(data["vertices"]["theta1"])
+    shifts = _shifts(data["vertices"])
     _draw_edges(axes, data["edges"], shifts)
     _draw_vertices(axes, data["vertices"], shifts)
     _name_axes(axes, data["vertices"], shifts)
@@ -49,12 +49,19 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def _shifts(theta1: Any) -> dict[float, int]:
-    """Points to the right by which vertices are drawn off their theta1, as close pairs are."""
-    places = np.unique(theta1).tolist()
+Shifts = dict[tuple[str, float], int]
+
+
+def _shifts(vertices: Any) -> Shifts:
+    """Points to the right by which vertices are drawn off their theta1, as close pairs are.
+
+    They are told apart by number and theta1: neither alone does, of all.
+    """
+    low = vertices["J1"] == 0
+    places = list(zip(vertices["label"][low], vertices["theta1"][low].tolist(), strict=True))
     shifts = dict.fromkeys(places, 0)
     for left, right in pairwise(places):
-        if right - left < TIGHT:
+        if right[1] - left[1] < TIGHT:
             shifts[left], shifts[right] = -RING, RING
     return shifts
 
@@ -70,7 +77,7 @@ def _draw_rectangles(axes: Axes, rectangles: Any) -> None:
         beside(axes, f"{name} rectangle", (x, 0.5), off, 0, **place, rotation=angle, style="italic")
 
 
-def _draw_edges(axes: Axes, edges: Any, shifts: dict[float, int]) -> None:
+def _draw_edges(axes: Axes, edges: Any, shifts: Shifts) -> None:
     for k, symbol in enumerate(map(int, edges["symbol"])):
         look = LOOKS[symbol]
         start, end = zip(edges["theta1"][:, k], edges["J1"][:, k], strict=True)
@@ -80,7 +87,8 @@ def _draw_edges(axes: Axes, edges: Any, shifts: dict[float, int]) -> None:
         path = arrow(
             axes, start, end, arrowstyle="-|>,head_width=0.3,head_length=0.6", lw=1.8,
             mutation_scale=12, color=colour, ls=look["ls"],
-            shrinkA=RING + ahead * shifts[start[0]], shrinkB=RING - ahead * shifts[end[0]],
+            shrinkA=RING + ahead * shifts[edges["from"][k][0], start[0]],
+            shrinkB=RING - ahead * shifts[edges["to"][k][0], end[0]],
         )  # fmt: skip
         if symbol != NO_SYMBOL:
             # Outside the graph, at the middle of the arrow.
@@ -89,23 +97,23 @@ def _draw_edges(axes: Axes, edges: Any, shifts: dict[float, int]) -> None:
             beside(axes, str(symbol), (0.5, 0.5), 0, side, xycoords=path.arrow_patch, **written)
 
 
-def _draw_vertices(axes: Axes, vertices: Any, shifts: dict[float, int]) -> None:
+def _draw_vertices(axes: Axes, vertices: Any, shifts: Shifts) -> None:
     rows = zip(*(vertices[name] for name in ("label", "theta1", "J1", "again")), strict=True)
     for label, x, y, again in rows:
         ring = {"boxstyle": "circle,pad=0.25", "fc": "white", "ec": "0.6" if again else "black"}
         centred: Any = {"ha": "center", "va": "center", "bbox": ring, "zorder": 6}
-        text = beside(axes, label, (x, y), shifts[x], 0, **centred)
+        text = beside(axes, label, (x, y), shifts[label[0], x], 0, **centred)
         text.set_color("0.45" if again else "black")
 
 
-def _name_axes(axes: Axes, vertices: Any, shifts: dict[float, int]) -> None:
+def _name_axes(axes: Axes, vertices: Any, shifts: Shifts) -> None:
     places = vertices["theta1"][vertices["J1"] == 0]
     # First, since it would put labels back that are set apart.
     axes.tick_params(axis="x", pad=18, length=0)
     separatrix_ticks(axes, places, digits=4)
     axes.set_ylim(0, 1)
     axes.set_yticks([0, 1], ["$0$", "$1$"])
-    axes.tick_params(axis="y", pad=14 - shifts[places[0]], length=0)
+    axes.tick_params(axis="y", pad=14 - shifts["1", places[0]], length=0)
     axes.set_ylabel("$J_1/J_2$", labelpad=2)
     axes.spines[:].set_visible(False)
 

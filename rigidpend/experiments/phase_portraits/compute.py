@@ -79,14 +79,17 @@ def _group(
     points: Array, n: int, body: Body, axes: Array, plane: tuple[Array, Array] | None = None
 ) -> dict[str, Any]:
     """Curves of n points each, one after the other; theta1 and J1/J2 as given, or from M."""
-    # The window of theta1 begins at separatrix 1, which no orbit crosses, so that it cuts none.
-    start = body.beta0 - body.alpha0
-    theta1, J1 = free_body.in_plane(points, body.beta0, start) if plane is None else plane
-    projected, free = axes @ points, body.angles()._replace(mu=0.0)
+    # Quarters of the points go around M2, -M2, M1 and -M1, which lie at these theta1: beside a
+    # separatrix, where rounding may put a point beyond the window's edge, no curve is cut.
+    middle = body.beta0 + np.repeat((0.0, 2.0, 1.0, 3.0), points.shape[1] // 4) * np.pi
+    theta1, J1 = free_body.in_plane(points, body.beta0, middle) if plane is None else plane
+    projected = axes @ points
     begins = np.arange(0, points.shape[1], n)
     # The energy is taken at the middle of a curve: theta1 is undefined at the poles, its ends.
-    middle = begins + n // 2
-    energy = hamiltonian_J3_0(J1[middle], 1.0, (theta1[middle], 0.0), free, np)
+    k = begins + n // 2
+    # The level by itself: beside kappa/2 of a nearly symmetric body it would be rounded off.
+    unweighted = body.angles()._replace(kappa=0.0, mu=0.0)
+    level = hamiltonian_J3_0(J1[k], 1.0, (theta1[k], 0.0), unweighted, np)
     # Arrows a quarter and three quarters along each curve; a curve of one point has none.
     arrows = np.ravel([begins + part * n // 4 for part in (1, 3)]) if n > 1 else begins[:0]
     return {
@@ -97,6 +100,6 @@ def _group(
         "theta1": theta1,
         "J1": J1,
         "arrows": arrows,
-        "energy": energy,
-        "level": energy - free.kappa / 2,
+        "energy": body.kappa / 2 + level,
+        "level": level,
     }

@@ -158,7 +158,9 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve, side: str) -> None:
     axes.plot(x, curve.J1, **look, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
     said: dict[str, Any] = {"ha": side, "color": look["color"], "weight": "bold"}
-    plots.beside(axes, str(curve.number), (theta1, 1), 0, 3, **said)
+    # Side by side at one place, 1 and 2 would read as one number.
+    off = plots.APART if side == "left" else 0
+    plots.beside(axes, str(curve.number), (theta1, 1), off, 3, **said)
 
 
 def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: Any) -> None:
