@@ -73,7 +73,7 @@ and a single one as little as none; with less splitting many orbits do not come 
 LOST = 12
 """Bits that a passage may lose where it meets the next."""
 GROWN = 4.0
-"""Number of roundings in a passage, of the finest tolerance; grown to its end they are its error."""
+"""Number of roundings in a passage, of the finest tolerance, which grow to its end."""
 SECTION_BITS = 15
 """Bits that the numbers of the section have beyond those of the integration."""
 
