@@ -75,6 +75,8 @@ run fig4 -q -v | 2 | --quiet and --verbose exclude each other
 run fig4 --out small.yaml | 2 | is a file
 run fig4 --out '' | 2 | got empty text
 report --to '' | 2 | got empty text
+report --to taken/fig2.h5 | 2 | taken/fig2.h5: the name of a page ends in .html
+verify fig4 --results no --set problem.mu=0.01 | 2 | --set changes what is computed, and --results c
 certify --check '' | 2 | got empty text
 find --code 01 --proof '' | 2 | got empty text
 run small small --name one | 2 | --name is for one config; several keep their names
