@@ -66,7 +66,7 @@ def return_map(
         The energy (eq. h0_new), physical units, as mu, or the least and the largest.
         Text, Fraction and Decimal are exact; a float is taken as the double that it is.
     bits : int, optional
-        Precision: 53, 64, 113 or any other from 53 on.
+        Precision: 53, 64 or any other from 53 on. Beyond 96 a map takes minutes to build.
     design : Design, optional
         Another design gives an independent map of the same orbits.
     budget : float, optional
