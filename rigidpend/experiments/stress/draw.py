@@ -20,8 +20,8 @@ from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
     "Each trial tests an extreme: its value stays within the bound that was stated before it ran,"
-    " a ratio of at most 1, except at documented limits. Drift of the integrals, growth of errors from passage"
-    " to passage, and how many symbols each precision decides."
+    " a ratio of at most 1, except at documented limits. Drift of the integrals, growth of errors"
+    " from passage to passage, and how many symbols each precision decides."
 )
 HEIGHT = 8.8
 """Height of the figure, inches."""
