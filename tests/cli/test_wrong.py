@@ -185,6 +185,11 @@ OF_OURS = (
         *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Undecided, Ours)),
         (UnknownExperiment("x"), 1, "x"),
         (OSError(28, "no room"), 1, "no room"),
+        (
+            FileNotFoundError(2, "none"),
+            1,
+            "the current folder is gone, change to another one: none",
+        ),
         (FileNotFoundError(2, "gone", "x" * 1000), 1, f"{'x' * 200}: gone"),
         (MemoryError(), 1, "not enough memory; fewer orbits or fewer --jobs need less"),
         (EOFError(CUT), 4, MEND),
