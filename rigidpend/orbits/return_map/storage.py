@@ -14,6 +14,7 @@ import json
 import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from numbers import Real
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -93,6 +94,7 @@ def return_map(
     """
     checked.of_kind("body", body, Body)
     checked.of_kind("design", design, Design)
+    checked.of_kind("budget", budget, Real)
     bits = checked.whole("bits", bits, 53, FINEST_BITS)
     ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
     if len(ends) != 2:
