@@ -101,7 +101,7 @@ bench: $(VENV)/.installed-bench ## measure against other methods, store, renew R
 	cp "$(RESULTS)"/bench.png results/gallery/
 	$(BIN)/python -m scripts.readme_tables
 
-stress: $(VENV)/.installed ## trials at the limits, store, renew README; some five minutes on two cores
+stress: $(VENV)/.installed ## trials at the limits, store, renew README; some ten minutes on two cores
 	$(RUN) stress --out "$(RESULTS)"
 	mkdir -p results/measured results/gallery
 	cp "$(RESULTS)"/stress.h5 results/measured/

@@ -789,7 +789,11 @@ def same(a: str, b: str) -> bool:
     """True if two texts say one number; where one is not rational, they agree to 2 BITS digits."""
     # An action may be as small as 1e-500, and a phase decide by as many digits as steps have.
     Interval.digits = 2 * BITS + 256
-    x, y = number(a), number(b)
+    try:
+        x, y = number(a), number(b)
+    except Refused:
+        # Words, such as the name of an experiment.
+        return False
     if isinstance(x, Fraction) and isinstance(y, Fraction):
         return x == y
     apart = Interval.of(x - y)

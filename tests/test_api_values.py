@@ -31,7 +31,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "load": {"source": "fig4"},
     "orbit": {**ORBIT, "time": 1.0, "step": 0.5, "engine": None},
     "plot": {"result": "fig4"},
-    "return_map": {"body": BODY, "h": "1.3342", "bits": 53, "design": FIRST},
+    "return_map": {"body": BODY, "h": "1.3342", "bits": 53, "design": FIRST, "budget": 1.0},
     "route_codes": {
         **ORBIT,
         **LADDER,
@@ -75,6 +75,8 @@ def meant(argument: str, value: Any) -> bool:
     """True for what the argument means and what takes seconds to compute."""
     if argument in ("h0", "h", "near"):
         return value is None or (type(value) in (int, float) and 0 < abs(value) < 1e400)
+    if argument == "budget":
+        return isinstance(value, int | float)
     if argument == "jobs":
         return value is None or (type(value) is int and value > 0)
     if argument == "settings":

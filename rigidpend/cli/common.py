@@ -102,6 +102,9 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{lacking} cannot be loaded ({wording.short(error)}): install it anew"
     if isinstance(error, OSError):
         named = f"{str(error.filename)[:LONGEST]}: " if error.filename else ""
+        if not named and isinstance(error, FileNotFoundError):
+            # As `os.getcwd` raises it.
+            named = "the current folder is gone, change to another one: "
         return f"{named}{error.strerror or error}"
     if code != INTERNAL:
         if getattr(error, "file", None) is None:

@@ -92,8 +92,11 @@ def find_command(
     """
     from rigidpend.machine.workers import listening
     from rigidpend.routes import symbolic
+    from rigidpend.routes.symbolic import address
     from rigidpend.runs import loading
 
+    # All are read before the search for the first, which may take minutes.
+    list(map(address.parsed, codes))
     [path, *others] = resolve((name,))
     if others:
         raise click.UsageError("find takes one config, not all")

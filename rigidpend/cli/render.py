@@ -93,7 +93,7 @@ def _tell_absent(absent: Mapping[Path, Path], folder: Path) -> None:
     "--to",
     "target",
     type=FILE,
-    help="File of the page; report.html in the folder of the results if not given.",
+    help="File of the page, X.html; report.html in the folder of the results if not given.",
 )
 def report_command(names: tuple[str, ...], folder: Path, target: Path | None) -> None:
     """Write one page with every result: figures, numbers beside the paper's, provenance.
@@ -112,6 +112,9 @@ def report_command(names: tuple[str, ...], folder: Path, target: Path | None) ->
     from rigidpend.render import report
 
     path = target or folder / "report.html"
+    # A name of another kind may be that of a result or a config, which the page would replace.
+    if path.suffix != ".html":
+        raise click.UsageError(f"{path}: the name of a page ends in .html")
     given = catalogue.resolve(names, folder)
     sources = [folder_of(x, folder) / f"{x.stem}.h5" for x in given] or report.results(folder)
     problems = report.write(sources, path)

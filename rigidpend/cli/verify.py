@@ -65,6 +65,8 @@ def verify_command(
     from rigidpend.machine.workers import check_stop
     from rigidpend.runs.certificate_files import results_in
 
+    if settings and results:
+        raise click.UsageError("--set changes what is computed, and --results computes nothing")
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
     folders = [reference] if reference else references()

@@ -179,6 +179,8 @@ def clear() -> None:
     found = folder()
     if found.is_symlink():
         raise NotADirectoryError(errno.ENOTDIR, "a link, which is not followed", str(found))
+    if found.is_file():
+        raise NotADirectoryError(errno.ENOTDIR, "a file, not a folder: move it away", str(found))
     # Renamed first, because another run may write into the folder meanwhile.
     aside = found.with_name(f".{found.name}.{os.getpid()}.removed")
     with contextlib.suppress(FileNotFoundError):

@@ -233,6 +233,12 @@ def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
     # Python lets daemonic processes, such as those of multiprocessing.Pool, start no children.
     if current_process().daemon:
         raise WorkerError("this process belongs to a pool and cannot start processes: use jobs=1")
+    try:
+        # New processes begin in it.
+        os.getcwd()
+    except FileNotFoundError:
+        gone = "the current folder is gone, where processes would begin"
+        raise WorkerError(f"{gone}: change to another one, or use jobs=1") from None
     # Not by fork, which would copy locks held by threads that do not exist in the child.
     spawn = get_context("spawn")
     pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(lines,))

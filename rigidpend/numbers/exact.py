@@ -206,13 +206,16 @@ class Exact:
 
 
 def exact(value: Any) -> Exact:
-    """Take a number exactly: an int, Fraction, Decimal, float, a NumPy number, or a text.
+    """Take a number exactly: an int, Fraction, Decimal, float, NumPy number, or a text.
 
     A text may hold decimals (``"1e-6"``), ``pi``, ``+ - * / **``, brackets and the functions sqrt,
     sin, cos, tan, atan. ExactError is raised if the value is not finite, not real, or not readable.
     """
     if isinstance(value, Exact):
         return value
+    # An array without axes holds one number or text; what is masked stays so.
+    if getattr(value, "ndim", None) == 0 and not isinstance(value, str):
+        value = value[()]
     if isinstance(value, str):
         return _read(value)
     # A bool is an int in Python, but nobody means it as a number.

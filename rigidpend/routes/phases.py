@@ -58,6 +58,9 @@ class Phases:
         # A range costs nothing at any length, but each of its numbers would be made here.
         if isinstance(values, Sequence) and len(values) > MOST_PHASES:
             raise ExactError(f"theta2_0 has {len(values)} phases; {MOST_PHASES} are the most")
+        # Labelled arrays, such as those of a loaded result, and tables' columns.
+        if hasattr(values, "__array__") and not isinstance(values, np.ndarray):
+            values = np.asarray(values)
         # Asking for `mask` first spares all others the import of np.ma, which NumPy does on demand.
         if isinstance(values, np.ndarray) and hasattr(values, "mask"):
             if np.ma.is_masked(values):

@@ -66,6 +66,7 @@ def verify(
 
 def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None:
     """Compute a reference again; its attribute `reasons` gets this reason after earlier ones."""
+    files.prepare(target, "choose another folder with --reference")
     before: list[str] = []
     # An absent or damaged reference is renewed too; it has no earlier reasons.
     with contextlib.suppress(files.StoreError):

@@ -19,6 +19,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import common
+from rigidpend.cli.find import find_command
 from rigidpend.config.catalogue import with_remedy
 from rigidpend.experiments import UnknownExperiment
 from rigidpend.machine import files, workers
@@ -68,6 +69,7 @@ verify fig4 --reference none | 3 | rigidpend: none/fig4.h5: there is no such fil
 run small.yaml --out small.yaml/sub | 1 | is not writable (Not a directory); choose another f
 reference small.yaml | 2 | give it with --reason
 reference small.yaml --reason '  ' | 2 | give it with --reason
+reference small.yaml --reason x --reference small.yaml/sub | 1 | another folder with --reference
 run | 2 | Missing argument
 rn fig4 | 2 | No such command 'rn'. Did you mean 'run'?
 run fig4 -j 0 | 2 | 0 is not in the range
@@ -75,6 +77,8 @@ run fig4 -q -v | 2 | --quiet and --verbose exclude each other
 run fig4 --out small.yaml | 2 | is a file
 run fig4 --out '' | 2 | got empty text
 report --to '' | 2 | got empty text
+report --to taken/fig2.h5 | 2 | taken/fig2.h5: the name of a page ends in .html
+verify fig4 --results no --set problem.mu=0.01 | 2 | --set changes what is computed, and --results c
 certify --check '' | 2 | got empty text
 find --code 01 --proof '' | 2 | got empty text
 run small small --name one | 2 | --name is for one config; several keep their names
@@ -181,6 +185,11 @@ OF_OURS = (
         *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Undecided, Ours)),
         (UnknownExperiment("x"), 1, "x"),
         (OSError(28, "no room"), 1, "no room"),
+        (
+            FileNotFoundError(2, "none"),
+            1,
+            "the current folder is gone, change to another one: none",
+        ),
         (FileNotFoundError(2, "gone", "x" * 1000), 1, f"{'x' * 200}: gone"),
         (MemoryError(), 1, "not enough memory; fewer orbits or fewer --jobs need less"),
         (EOFError(CUT), 4, MEND),
@@ -233,6 +242,14 @@ def test_a_document_is_json_whatever_it_holds() -> None:
     done = CliRunner().invoke(click.command("x")(lambda: common.print_json(held)))
     found = json.loads(done.stdout, parse_constant=pytest.fail)
     assert found == {"a": [[1.5, None]], "b": [None, None, True], "c": "x"}
+
+
+def test_all_codes_are_read_before_the_first_is_searched_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(workers, "side_by_side", Mock(side_effect=AssertionError))
+    with pytest.raises(ParameterError, match="'2' in a code cannot be read"):
+        find_command.main(["--code", "01", "--code", "2"], standalone_mode=False)
 
 
 def damaged(results: Path, *names: str) -> None:

@@ -214,3 +214,8 @@ def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(NotADirectoryError, match="a link, which is not followed"):
         cache.clear()
     assert (mine / "thesis").read_text() == "text"
+    folder.unlink()
+    folder.write_text("text")
+    with pytest.raises(NotADirectoryError, match="a file, not a folder: move it away"):
+        cache.clear()
+    assert folder.read_text() == "text"

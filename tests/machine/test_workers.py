@@ -332,3 +332,14 @@ def test_any_line_begins_a_new_silence_which_one_thread_ends(
     clock.now += 0.02 * workers.SILENCE
     side_by_side(lambda _: listener.hear(lambda: "late"), (), False, [1, 2, 3], 3)
     assert said == [*([last] if last else []), "late"]
+
+
+def test_no_processes_begin_in_a_folder_that_is_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    with pytest.raises(WorkerError, match=r"the current folder is gone.*or use jobs=1"):
+        side_by_side(abs, (), True, [1, 2], 2)
+    assert side_by_side(abs, (), True, [-1, 2], 1) == [1, 2]

@@ -49,6 +49,8 @@ RATIONAL: list[tuple[Any, Fraction]] = [
     (10**40, Fraction(10**40)),
     (np.int64(-3), Fraction(-3)),
     (np.uint8(200), Fraction(200)),
+    (np.array(200, ">i2"), Fraction(200)),
+    (np.array("1/3"), Fraction(1, 3)),
     (context(300).mpf(2) ** -200, Fraction(1, 2**200)),
 ]
 

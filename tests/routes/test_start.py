@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
@@ -77,6 +78,13 @@ def test_an_angle_is_turned_by_a_rest_to_the_roundings_of_pairs_of_doubles() -> 
         assert abs(near - true) < 2.0**-98
 
 
+def test_labelled_and_single_phases_are_as_their_numbers() -> None:
+    for given in (xarray.DataArray([0.1, 0.2]), xarray.DataArray(["1/10", "2/10"])):
+        assert list(map(float, Phases(given).exactly(range(2)))) == [0.1, 0.2]
+    for one in (0.1, np.array(0.1), np.array("1/10"), xarray.DataArray(0.1)):
+        assert Phases(one).high.tolist() == [0.1]
+
+
 def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:
     grid = Grid(exact(0), exact("1/10"), 63)
     assert [x.fraction for x in grid] == [Fraction(k, 10) for k in range(len(grid))]
@@ -98,7 +106,7 @@ def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:
         (None, "None is not a real number"),
         (range(10**9), "theta2_0 has 1000000000 phases; 10000000 are the most"),
         (itertools.repeat(0), "theta2_0 has 10000001 phases; 10000000 are the most"),
-        (np.array(1), "not a real number"),
+        (np.array(True), "np.True_ is not a real number"),
         ([1, [2]], r"^theta2_0: \[2\] is not a real number"),
         (b"12", "b'12' is not a real number"),
     ],

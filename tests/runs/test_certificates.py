@@ -157,6 +157,14 @@ def test_a_number_of_a_grid_is_one_by_itself(place: str) -> None:
         check_certificate.phases_of(problem, {})
 
 
+def test_the_config_of_another_experiment_is_refused_by_its_name() -> None:
+    own, other = ({"experiment": x, "mu": y} for x, y in (("fig", "1/1000"), ("word", "0.001")))
+    check_certificate.check_against(own, own | {"mu": "0.001"})
+    said = "experiment is fig, and word in the config given"
+    with pytest.raises(check_certificate.Refused, match=said):
+        check_certificate.check_against(own, other)
+
+
 def test_symbols_are_marked_and_held_against_their_own_proof_alone(folder: Path) -> None:
     certificate = storage.read(folder / FILE)
     stated = certificate["config"] | {"figure": "", "numerics": {"precisions": [53]}}

@@ -19,17 +19,17 @@ from rigidpend.experiments.stress import LIMIT, PASSED, REFUTED
 from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
-    "Each trial tests an extreme, and its value stays below the bound that was stated before it"
-    " ran: the ratio of both is at most 1. Drift of the integrals, growth of errors from passage"
-    " to passage, and how many symbols each precision decides."
+    "Each trial tests an extreme: its value stays within the bound that was stated before it ran,"
+    " a ratio of at most 1, except at documented limits. Drift of the integrals, growth of errors"
+    " from passage to passage, and how many symbols each precision decides."
 )
 HEIGHT = 8.8
 """Height of the figure, inches."""
 FLOOR, CEILING = 1e-17, 1e2
 """Ends of the axis of ratios; ratios beyond are drawn at the edge."""
 LOOKS = {
-    PASSED: (BLUE, "o", "within its bound"),
-    LIMIT: (ORANGE, "D", "beyond, a documented limit"),
+    PASSED: (BLUE, "o", "within their bounds"),
+    LIMIT: (ORANGE, "D", "beyond, at documented limits"),
     REFUTED: (RED, "X", "beyond: failed"),
 }
 """Colour, marker and label of each verdict."""

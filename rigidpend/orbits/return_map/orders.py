@@ -25,6 +25,8 @@ SUMMED = 512
 At the ends of a table's width all coefficients left out add up."""
 RAISED = 1.2
 """Factor by which orders are raised for another attempt; for the normal form it is the most."""
+BY_MPMATH = 200
+"""Time that numbers of mpmath take, over that of pairs: 90 to 450 for maps of Fig. 4's body."""
 
 
 class Orders(NamedTuple):
@@ -108,7 +110,8 @@ def building_seconds(
     arc = 20 + step * o.length + 0.6 * points * theta3 + 0.0018 * terms
     back = 8 + 0.026 * o.n_x * o.n_phase_inverse
     series = 2000 * o.degree + 0.0038 * o.n_energy * o.n_phase_orbit * o.degree**3
-    return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
+    seconds = 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
+    return seconds if a.parts else seconds * BY_MPMATH
 
 
 def orders(

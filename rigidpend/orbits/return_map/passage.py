@@ -126,8 +126,12 @@ class EnergyLevel(TorusForm):
     ) -> Passage:
         """The passage that follows a crossing, or `backward` in time the one before it.
 
+        Numbers and lists in `point` serve as arrays.
         With `slopes` it has its derivatives too.
         """
+        # A list times zero would be empty, and a number has no axis of orbits.
+        d, chi = (x if getattr(x, "ndim", 0) else np.atleast_1d(self.a.array(x)) for x in point[1:])
+        point = SectionPoint(point.rising, d, chi)
         # The upper orbit is passed after an upward crossing and before a downward one.
         if point.rising != backward:
             return self._past_upper(point, slopes)

@@ -14,6 +14,7 @@ import json
 import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from numbers import Real
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -66,7 +67,7 @@ def return_map(
         The energy (eq. h0_new), physical units, as mu, or the least and the largest.
         Text, Fraction and Decimal are exact; a float is taken as the double that it is.
     bits : int, optional
-        Precision: 53, 64, 113 or any other from 53 on.
+        Precision: 53, 64 or any other from 53 on. Beyond 96 a map takes minutes to build.
     design : Design, optional
         Another design gives an independent map of the same orbits.
     budget : float, optional
@@ -93,6 +94,7 @@ def return_map(
     """
     checked.of_kind("body", body, Body)
     checked.of_kind("design", design, Design)
+    checked.of_kind("budget", budget, Real)
     bits = checked.whole("bits", bits, 53, FINEST_BITS)
     ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
     if len(ends) != 2:

@@ -104,9 +104,11 @@ def test_a_map_is_expected_to_cost_more_in_more_bits_and_with_theta3() -> None:
     # Over an interval of energies, so that the tables take most of the time.
     short, whole = (expected_cost(FIG4, *ends, 64, design) for design in (FIRST, WITH_THETA3))
     assert 0.4 < short / whole < 0.85
-    costs = [expected_cost(FIG4, h, h, bits, FIRST) for bits in (53, 64, 106, 113)]
+    costs = [expected_cost(FIG4, h, h, bits, FIRST) for bits in (53, 64, 96, 97, 113)]
     assert costs == sorted(costs)
-    assert costs[-1] < 4 * costs[0]
+    assert costs[2] < 4 * costs[0]
+    # Beyond pairs of doubles the numbers are mpmath's: measured were 23 s in 97 bits, 49 s in 113.
+    assert 10 < costs[3] < costs[4] < 50
 
 
 @pytest.mark.parametrize("exponent", [0.01, 0.0463, 0.2, 1.0])

@@ -128,6 +128,26 @@ def test_agrees_the_derivatives_with_differences(
         assert (np.abs(moved - slopes) < 1e-5 * scale)[:, same].all()
 
 
+@pytest.mark.parametrize("rising", [True, False])
+@pytest.mark.parametrize("backward", [False, True])
+def test_numbers_and_lists_pass_as_arrays_do(rising: bool, backward: bool) -> None:
+    level = return_map(GENERIC, h=H, design=FIRST).at(H)
+    expected, *others = (
+        level.passage(SectionPoint(rising, d, chi), backward=backward, slopes=True)
+        for d, chi in (
+            (np.array([1e-4]), np.array([0.5])),
+            ([1e-4], [0.5]),
+            (1e-4, np.float64(0.5)),
+            (np.array(1e-4), Fraction(1, 2)),
+        )
+    )
+    assert expected.inside.all()
+    for found in others:
+        assert found.point.d.shape == (1,)
+        np.testing.assert_array_equal(found.slopes, expected.slopes)
+        np.testing.assert_array_equal(found.point.chi, expected.point.chi)
+
+
 def test_agrees_a_passage_with_integration_in_pairs() -> None:
     """The error of a map falls with its precision: where it puts M3 = 0, integration does."""
     bits, a = 64, precision(64)
