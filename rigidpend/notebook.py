@@ -68,7 +68,9 @@ class StoredResult:
     @property
     def words(self) -> dict[str, list[str]]:
         """Route codes as strings, one for each orbit, by array: ``?`` marks an uncertain symbol."""
-        groups = self.values.get("levels", self.values).items()
+        from rigidpend.experiments.shared import arrays
+
+        groups = arrays(self.values).items()
         held = {name: x for name, x in groups if isinstance(x, Mapping) and "certain" in x}
         return {name: words(x["codes"], x["certain"]) for name, x in held.items()}
 

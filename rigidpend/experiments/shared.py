@@ -33,6 +33,13 @@ Each of two results may err by a hundredth, far less than the radian of the phas
 symbol."""
 
 
+def arrays(data: Data) -> Data:
+    """The groups of a result that may hold arrays of codes; those of a zoom are its levels."""
+    levels: Data = data.get("levels", {})
+    # A config may give this name to an array too.
+    return levels if levels and "codes" not in levels else data
+
+
 def crossing_tolerance(crossings: int, growth: float = GROWTH) -> Array:
     """Allowed difference of the times of each of so many crossings, t', (crossings, 1).
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.data import Data, Layout, Loaded, text, whole
+from rigidpend.experiments.shared import arrays
 from rigidpend.machine import files
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
@@ -124,14 +125,14 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
     """
     if certificate is None or not _same_problem(result, certificate):
         return result
-    held = dict(_groups(result["data"]))
+    held = dict(groups := arrays(result["data"]))
     for name, proof, group in _pairs(result, certificate):
         # Even of the same problem the result may be another version's: each symbol is compared.
         if not _unlike(proof, group):
             codes = _columns(group["codes"])
             proven = (proof["codes"] == codes) & (codes != NO_SYMBOL)
             held[name] = {**group, "proven": proven.reshape(group["codes"].shape)}
-    data = {**result["data"], "levels": held} if "levels" in result["data"] else held
+    data = held if groups is result["data"] else {**result["data"], "levels": held}
     return {**result, "data": data}
 
 
@@ -187,15 +188,10 @@ def centre(proof: Data) -> Any:
 
 def _pairs(result: Loaded, certificate: Loaded) -> Iterator[tuple[str, Data, Data]]:
     """Arrays that both have: name, group of the certificate, group of the result."""
-    groups = _groups(result["data"])
+    groups = arrays(result["data"])
     for name, proof in certificate["data"].items():
         if "codes" in groups.get(name, {}):
             yield name, proof, groups[name]
-
-
-def _groups(data: Data) -> Data:
-    """The groups of a result that may hold arrays of codes; those of a zoom are its levels."""
-    return data.get("levels", data)
 
 
 def _columns(values: Any) -> Any:

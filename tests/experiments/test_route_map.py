@@ -10,6 +10,7 @@ import pytest
 from rigidpend import Body, route_codes
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map import compute as route_map
+from rigidpend.experiments.route_map.draw import tables
 from rigidpend.machine import files
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -62,6 +63,20 @@ def test_progress_is_a_share_of_the_cells_of_all_planes() -> None:
     computed(content(ONE_ZOOM), report=heard.append)
     assert sorted(heard) == ["near: 20 of 20 cells", "plane: 20 of 20 cells"]
     assert [line.share for line in heard] == [0.5, 1.0]
+
+
+def test_no_name_of_a_zoom_makes_it_another_plane() -> None:
+    """A zoom of the name that the whole plane has in parts, or in tables, was taken for that."""
+    ends = "{theta2_0: [4.3, 5.1], rows: [-8.4, -7.6]}"
+    parts: list[str] = []
+    named = computed(content(f"problem.zooms={{plane: {ends}, whole: {ends}}}"), parts)
+    assert len(set(parts)) == len(parts) == 3
+    result: Any = {"data": named}
+    [table] = tables(result)
+    certain = [int(x["certain"].sum()) for x in (named, *named["zooms"].values())]
+    assert [(row[0], int(row[-2])) for row in table.rows] == [
+        *zip(("whole", "plane", "whole"), certain, strict=True)
+    ]
 
 
 def test_cells_have_the_middles_of_their_axes(data: Any) -> None:

@@ -15,6 +15,7 @@ import pytest
 from rigidpend import Body, certify_codes
 from rigidpend.machine import files
 from rigidpend.machine.progress import tell_nobody
+from rigidpend.notebook import StoredResult
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
@@ -49,6 +50,20 @@ def test_a_certificate_holds_what_is_proven_exactly_of_which_orbits(folder: Path
     assert np.array_equal(group["codes"], result["codes"])
     assert told["provenance"]["version_python_flint"]
     assert not list(folder.glob(".*"))
+
+
+def test_an_array_may_have_the_name_that_a_zoom_has_for_all_of_its_own(folder: Path) -> None:
+    """Its symbols were neither marked nor compared, and gave no words."""
+    told, result = storage.read(folder / FILE), store.load(folder / "tiny.h5")
+    for file in (told, result):
+        file["data"] = {"levels": file["data"]["only"]}
+    assert storage.marked(result, told)["data"]["levels"]["proven"].all()
+    words = StoredResult(folder / "tiny.h5", result).words["levels"]
+    assert words == ["".join(map(str, column)) for column in told["data"]["levels"]["codes"].T]
+    assert storage.contradictions(result, told) == []
+    told["data"]["levels"]["codes"][1, 0] ^= 1
+    [found] = storage.contradictions(result, told)
+    assert found.place == "levels"
 
 
 def test_it_is_checked_again_without_integration(

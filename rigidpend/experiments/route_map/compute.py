@@ -100,7 +100,8 @@ def _plane(
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
-    names = [f"{name or 'plane'}.{number:06d}" for number, _ in tiles]
+    # Zooms have words for names: those of the whole plane's tiles are numbers, which no word is.
+    names = [f"{name}.{number:06d}".lstrip(".") for number, _ in tiles]
     given = problem, means.arithmetic, means.threads(names)
     pieces = [
         Piece(each, partial(_tile, x[columns], y[rows], *given))

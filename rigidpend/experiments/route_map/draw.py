@@ -174,16 +174,17 @@ CAPTION = (
 def tables(result: Loaded) -> list[Table]:
     """Table of the plane and of its zooms."""
     data = result["data"]
-    planes = {"whole": data, **data.get("zooms", {})}
-    shapes = [plane["codes"].shape for plane in planes.values()]
+    zooms = data.get("zooms", {})
+    planes = [data, *zooms.values()]
+    shapes = [plane["codes"].shape for plane in planes]
     across, nu = f"Across: {data['x_axis']}. " if "x_axis" in data else "", float(data["nu"])
     repeats = f"nu = {nu:.6f}: a zoom repeats after {np.exp(np.pi**2 / nu):.6g}."
     columns = [
-        Column("plane", planes),
+        Column("plane", ["whole", *zooms]),
         Column("columns", [columns for _, _, columns in shapes]),
         Column("rows", [rows for _, rows, _ in shapes]),
         Column("symbols", map(math.prod, shapes)),
-        Column("certain", [int(plane["certain"].sum()) for plane in planes.values()]),
-        Column("cells by return maps", [plane["by_map"].sum() for plane in planes.values()]),
+        Column("certain", [int(plane["certain"].sum()) for plane in planes]),
+        Column("cells by return maps", [plane["by_map"].sum() for plane in planes]),
     ]
     return [Table.of("Planes", columns, f"{across}Upwards: {data['y_axis']}. {repeats}")]
