@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.free_body import symbols
-from rigidpend.numbers import Scalar
+from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact, function
 from rigidpend.orbits import columns, joined
@@ -45,6 +45,14 @@ class Cells(NamedTuple):
     """(n,), the number of first symbols that are certain."""
     by_map: NDArray[np.bool_]
     """(n,), True where return maps alone found the orbit, without integration."""
+
+
+def actions(logarithms: Array) -> Array:
+    """J1_0 of decimal logarithms, on every processor those of single cells.
+
+    NumPy's power of an array may round otherwise, with some vectors.
+    """
+    return np.array([10.0**x for x in logarithms.tolist()])
 
 
 def cell_problem(problem: RouteProblem, values: Mapping[str, Scalar]) -> RouteProblem:

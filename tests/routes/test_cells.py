@@ -13,7 +13,14 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty, choice, costs
-from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
+from rigidpend.routes.cells import (
+    AXES,
+    Cells,
+    actions,
+    cell_problem,
+    cells_of_each,
+    cells_of_starts,
+)
 from rigidpend.routes.problem import passage_limit, phase_rate
 from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4, same
@@ -109,6 +116,9 @@ def test_the_fastest_rate_and_longest_wait_count(monkeypatch: pytest.MonkeyPatch
 
 def test_rows_replace_one_value_and_no_other() -> None:
     assert float(cell_problem(PROBLEM, {"log10_J1_0": -7.0}).J1_0) == 10.0**-7.0
+    logarithms = np.linspace(-12, -3, 500)
+    each = [float(cell_problem(PROBLEM, {"log10_J1_0": x}).J1_0) for x in logarithms]
+    assert actions(logarithms).tolist() == each
     assert cell_problem(PROBLEM, {"h0": 1.5}).h0 == exact(1.5)
     assert float(cell_problem(PROBLEM, {"mu": 0.002}).body.mu) == 0.002
     turned = cell_problem(PROBLEM, {"beta0": 1.0}).body

@@ -18,7 +18,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.return_map import MapError
 from rigidpend.routes import choice
-from rigidpend.routes.cells import cells_of_starts
+from rigidpend.routes.cells import actions, cells_of_starts
 from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.stretching import integrated, stretched
 
@@ -33,7 +33,7 @@ def compute(config: Config, means: Means) -> Tree:
     """Compute the exponents of a plane; the body must have a return map."""
     problem = config.problem
     x, y = problem.theta2_0.values, problem.log10_J1_0.values
-    theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)
+    theta2, J1 = np.tile(x, y.size), np.repeat(actions(y), x.size)
     n, shape = problem.n_symbols, (y.size, x.size)
     codes = cells_of_starts(problem.routes, theta2, J1, means.arithmetic, means.jobs)
     try:

@@ -23,7 +23,14 @@ from rigidpend.numbers import Array
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice, costs
-from rigidpend.routes.cells import OF_BODY, Cells, cell_problem, cells_of_each, cells_of_starts
+from rigidpend.routes.cells import (
+    OF_BODY,
+    Cells,
+    actions,
+    cell_problem,
+    cells_of_each,
+    cells_of_starts,
+)
 
 PIECES = True
 """All work goes through pieces, which a cluster can compute."""
@@ -157,18 +164,23 @@ def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: in
 
 def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
     """The cells, row by row."""
+    shares = _shares_maps(problem)
+    if shares:
+        x, y = (
+            actions(values) if name == "log10_J1_0" else values
+            for name, values in zip(problem.names, (x, y), strict=True)
+        )
     spread = np.tile(x, y.size), np.repeat(y, x.size)
     values = dict(zip(problem.names, spread, strict=True))
     # A phase or an action that all cells share stays exact, as the config writes it.
     theta2 = values.pop("theta2_0", None)
     if theta2 is None:
         theta2 = np.full(x.size * y.size, problem.theta2_0, dtype=object)
-    if not _shares_maps(problem):
+    if not shares:
         return cells_of_each(problem.routes, values, theta2, arithmetic, jobs)
-    logarithms = values.pop("log10_J1_0", None)
+    J1 = values.pop("log10_J1_0", None)
     # The remaining parameters have one value in the whole tile.
     common = cell_problem(problem.routes, {name: float(v[0]) for name, v in values.items()})
-    J1 = None if logarithms is None else 10.0**logarithms
     ends, orbits = (None, None) if values else _common_starts(problem)
     return cells_of_starts(common, theta2, J1, arithmetic, jobs, ends=ends, orbits=orbits)
 
@@ -182,7 +194,7 @@ def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
     """The least and the largest J1_0 of all planes, which share tables, and the number of cells."""
     planes = problem.planes.values()
     upwards = problem.names.index("log10_J1_0")
-    starts = [10.0 ** axes[upwards].values for axes in planes]
+    starts = [actions(axes[upwards].values) for axes in planes]
     ends = min(J1[0] for J1 in starts), max(J1[-1] for J1 in starts)
     return (float(ends[0]), float(ends[1])), sum(x.count * y.count for x, y in planes)
 
