@@ -412,13 +412,18 @@ def test_what_is_certain_of_a_sample_is_contradicted(n: int, size: int, sample: 
         assert telling
 
 
-@pytest.mark.parametrize(("doubtful", "telling"), [(0, True), (4, True), (5, False), (8, False)])
-def test_doubles_that_establish_few_first_symbols_tell_little(doubtful: int, telling: bool) -> None:
+@pytest.mark.parametrize(
+    ("doubtful", "since", "telling"),
+    [(0, 0, True), (4, 0, True), (5, 0, False), (8, 0, False), (8, 2, True)],
+)
+def test_doubles_that_establish_few_first_symbols_tell_little(
+    doubtful: int, since: int, telling: bool
+) -> None:
     """More bits contradict all the same."""
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         found = whole(bits, scales, columns)
-        found.time[:, columns < doubtful] += bits == 53 and float(scales.momentum)
+        found.time[since:, columns < doubtful] += bits == 53 and float(scales.momentum)
         return found
 
     seen = whole(53, Scales(), range(8))

@@ -15,7 +15,15 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.chain import crossing_states, passages
-from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
+from rigidpend.routes.symbolic.closed import (
+    ClosedOrbit,
+    actions,
+    closed,
+    closing,
+    lyapunov,
+    roundings,
+    words,
+)
 from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.stretching import (
     Stretched,
@@ -87,6 +95,12 @@ def test_a_gap_is_expected_by_the_numbers_that_round(bits: int) -> None:
     assert np.median([gap.expected / gap.error for gap in found]) < 2000
 
 
+def test_what_the_last_correction_leaves_grows_to_the_end_too() -> None:
+    """Here it is all of the gap, a hundred times what the numbers round."""
+    gap = closing(closed(level(), (0, 1), 7), 159)
+    assert gap.error < gap.expected
+
+
 def test_bits_that_close_no_orbit_are_refused() -> None:
     with pytest.raises(ParameterError, match="bits must be a whole number from 96 on, got 95"):
         closing(closed(level(), (0,), TURNS), 95)
@@ -96,7 +110,7 @@ def test_a_period_that_grows_roundings_too_much_is_not_verified() -> None:
     """What it leaves open is 0.6 rad by one computation, and 21 rad by another."""
     orbit = closed(level(), (0, 0, 0, 1), 28)
     with pytest.raises(NoOrbit, match=r"113 bits to 1e\+03 rad, which verifies nothing"):
-        closing(orbit)
+        roundings(orbit)
 
 
 def test_a_multiplier_beyond_doubles_is_refused_and_not_infinite() -> None:
