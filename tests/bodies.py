@@ -12,6 +12,9 @@ FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
 FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 
+THIN = Body(A=(1, "1e-8", "1 - 1e-8"), r=(1, 1, 0), mu="1e-12")
+"""A thin flat body: cos(alpha0/2) is 1e-8, and of a rounded alpha0 it has eight digits."""
+
 
 def problem(
     body: Body = FIG4, n_symbols: Any = 15, h0: Any = "1.3342", J1_0: Any = "1e-8"

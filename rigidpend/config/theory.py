@@ -31,7 +31,7 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     # Only Melnikov's zeros depend on J1_0: without one they are left out, and any value will do.
     problem = RouteProblem(body, h0, exact("1e-8") if J1_0 is None else J1_0, 1)
     energy = problem.h0
-    p, J2_0 = body.angles(), float(problem.J2_0(53))
+    p, J2_0 = body.angles(BITS), float(problem.J2_0(53))
     regime = in_space.regime(body)
     return [
         number_row("A", "principal moments of inertia A1, A2, A3", *body.A),
@@ -101,4 +101,4 @@ def _orbits(p: Angles, h0: float) -> Iterator[Row]:
     yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
     # Without weight T is 2 pi/(kappa J2_0), so that u T/2 is pi^2/nu whatever the energy.
     meaning = "exp(u T/2), u = J2_0 sin(alpha0), T = 2 pi/(kappa J2_0)"
-    yield number_row("multiplier, mu = 0", meaning, math.exp(math.pi**2 / p.nu))
+    yield number_row("multiplier, mu = 0", meaning, math.exp(math.pi**2 / float(p.nu)))

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigidpend.numbers import Array, Elementary, Numbers, Scalar
+from rigidpend.numbers.exact import context
 
 TURN = 2 * np.pi
 """A whole turn, radians. theta1 is defined modulo two turns, since l = (theta1 - beta0)/2."""
@@ -186,16 +187,29 @@ def aligned_from_canonical(
     return Aligned(Qp, Qm, M3, *gamma)
 
 
-def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array]:
-    """Physical M and gamma, (3, ...) each, from dimensionless aligned components; s is `scale`."""
+def cos_sin_half(angle: Scalar) -> tuple[float, float]:
+    """Cosine and sine of half an angle, correct to the last digit if the angle has 113 bits.
+
+    Near pi the cosine of half a rounded angle is lost, as cos(alpha0/2) of a thin body.
+    """
+    m = context(113)
+    cos, sin = m.cos_sin(m.mpf(angle) / 2)
+    return float(cos), float(sin)
+
+
+def body_from_aligned(a: Aligned, alpha0: Scalar, s: float) -> tuple[Array, Array]:
+    """Physical M and gamma, (3, ...) each, from dimensionless aligned components; s is `scale`.
+
+    M1 and M2 keep their digits if alpha0 has those that :func:`cos_sin_half` needs.
+    """
     # Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2', solved for M1' and M2'.
-    M1 = (a.Qp + a.Qm) / (2 * np.cos(alpha0 / 2))
-    M2 = (a.Qp - a.Qm) / (2 * np.sin(alpha0 / 2))
+    cos, sin = cos_sin_half(alpha0)
+    M1, M2 = (a.Qp + a.Qm) / (2 * cos), (a.Qp - a.Qm) / (2 * sin)
     return np.stack((M1, M2, a.M3)) / s, np.stack((a.gamma1, a.gamma2, a.gamma3))
 
 
-def canonical_from_aligned(a: Aligned, alpha0: float, beta0: float) -> Canonical:
-    """Dimensionless (J, theta) from aligned components."""
+def canonical_from_aligned(a: Aligned, alpha0: Scalar, beta0: float) -> Canonical:
+    """Dimensionless (J, theta) from aligned components; alpha0 as in :func:`body_from_aligned`."""
     return canonical_from_andoyer(andoyer_from_body(*body_from_aligned(a, alpha0, 1.0)), beta0)
 
 

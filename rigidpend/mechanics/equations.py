@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from rigidpend.mechanics.body import Angles, Body
+from rigidpend.mechanics.body import Angles
 from rigidpend.numbers import Elementary, Numbers, Scalar
 from rigidpend.numbers.exact import context
 
@@ -86,13 +86,12 @@ def aligned_coefficients(p: Angles, m: Elementary) -> AlignedCoefficients:
     )
 
 
-def rounded_coefficients(body: Body) -> AlignedCoefficients:
-    """Coefficients of :func:`aligned` as doubles, each correct to its last digit.
+def rounded_coefficients(p: Angles) -> AlignedCoefficients:
+    """Coefficients of :func:`aligned` as doubles, each correct to its last digit if p has 113 bits.
 
     From angles in doubles they are not: near alpha0 = pi, as in a thin body, cos(alpha0/2) is lost.
     """
-    m = context(113)
-    return AlignedCoefficients(*map(float, aligned_coefficients(body.angles(m.prec), m)))
+    return AlignedCoefficients(*map(float, aligned_coefficients(p, context(113))))
 
 
 def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:

@@ -24,6 +24,7 @@ from rigidpend.mechanics.coordinates import (
     Canonical,
     andoyer_from_body,
     canonical_from_andoyer,
+    cos_sin_half,
 )
 from rigidpend.mechanics.equations import eq1
 from rigidpend.numbers import Elementary, Numbers, Scalar
@@ -49,38 +50,47 @@ for _arriving, _leaving, _symbol in TURNS:
     _SYMBOL[_arriving, _leaving] = _symbol
 
 
-def around_M2(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
+def around_M2(alpha0: Scalar, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
     """An orbit around the axis of the smallest moment of inertia, on side 1 or -1 of it, (3, n).
 
     The height is the largest |M3|, between 0 and 1. The angle phi along the orbit, (n,), is 0 where
-    M3 = 0 < M1. It grows with time, at the rate sin(alpha0/2) J2 |M2| in t'.
+    M3 = 0 < M1. It grows with time, at the rate sin(alpha0/2) J2 |M2| in t'. Small components keep
+    their digits if alpha0 has those that `coordinates.cos_sin_half` needs.
     """
-    sin, cos = np.sin(alpha0 / 2), np.cos(alpha0 / 2)
+    return _around(*cos_sin_half(alpha0), height, side, phi)
+
+
+def _around(
+    cos: float, sin: float, height: float, side: int, phi: ArrayLike
+) -> NDArray[np.float64]:
+    """:func:`around_M2` from the cosine and the sine of alpha0/2."""
     x, y = height * np.cos(phi), height * np.sin(phi)
     # 1 - height^2 as a product keeps its precision beside the separatrix.
     M2 = side * np.sqrt((1 - height) * (1 + height) + (cos * x) ** 2)
     return np.stack((sin * x, M2, side * y))
 
 
-def around_M1(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
+def around_M1(alpha0: Scalar, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
     """An orbit around the axis of the largest moment of inertia.
 
     Exchanging M1 with M2 and alpha0 with pi - alpha0 leaves M3' = M1 M2 as it is, and turns
     the form into its negative: see :func:`around_M2` for the parameters.
     """
-    M2, M1, M3 = around_M2(np.pi - alpha0, height, side, phi)
+    cos, sin = cos_sin_half(alpha0)
+    M2, M1, M3 = _around(sin, cos, height, side, phi)
     return np.stack((M1, M2, M3))
 
 
-def half_circle(alpha0: float, number: int, phi: ArrayLike) -> NDArray[np.float64]:
+def half_circle(alpha0: Scalar, number: int, phi: ArrayLike) -> NDArray[np.float64]:
     """A separatrix of (sol_1)-(sol_22) on the sphere: half of a great circle, (3, n).
 
     The angle phi, (n,), goes from -pi/2 to pi/2 in the sense of the flow: M3 rises on 2 and 4,
     falls on 1 and 3.
     """
-    l = separatrix_theta1(alpha0, 0.0)[number - 1] / 2
-    M3 = direction(number) * np.sin(phi)
-    return np.stack((np.sin(l) * np.cos(phi), np.cos(l) * np.cos(phi), M3))
+    # M1 and M2 are as the sine and the cosine of half of theta1 - beta0 (`_from_beta0`).
+    cos, sin = cos_sin_half(alpha0)
+    across, ahead = np.cos(phi) * (-1 if number > 2 else 1), direction(number)
+    return np.stack((ahead * sin * across, cos * across, ahead * np.sin(phi)))
 
 
 def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:

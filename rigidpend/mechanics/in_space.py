@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.mechanics.body import SAME_WITHIN, Angles, Body
-from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, cos_sin_half
 from rigidpend.mechanics.equations import aligned, cross, rounded_coefficients
 from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import context
@@ -61,12 +61,12 @@ def increments(p: Angles, h0: float) -> NDArray[np.float64]:
 
     The energy constant h0 is kappa J2_0^2/2. The separatrices 1 and 3 lie at theta1 = beta0 -
     alpha0 (+ 2 pi), as in (sol_1) and (sol_12). The initial values alpha0 - beta0 (+ 2 pi) printed
-    beside their increments are a slip; the increments are right.
+    beside their increments are a slip; the increments are right. Small ones, near the Hess case or
+    where alpha0 and beta0 are near pi, keep their digits if p has 113 bits.
     """
     # The second form of (tri1): 2/J2_0^2 = kappa/h0, and pi kappa/sin(alpha0) is nu.
-    unit = p.mu * p.nu / h0
-    first = unit * np.sin((p.beta0 - p.alpha0) / 2)
-    second = unit * np.sin((p.beta0 + p.alpha0) / 2)
+    unit = float(p.mu * p.nu / h0)
+    first, second = (unit * cos_sin_half(p.beta0 + side * p.alpha0)[1] for side in (-1, 1))
     # 3 and 4 lie 2 pi further in theta1, where sin(theta1/2) of (th3) has the opposite sign.
     return np.array([first, second, -first, -second])
 
@@ -139,11 +139,12 @@ def field(body: Body) -> Callable[[Any], tuple[Any, ...]]:
     alpha needs no quadrature: (th_al) gives it from theta3.
     """
     _, r, mu = body.floats()
-    coefficients = rounded_coefficients(body)
+    p = body.angles(113)
+    coefficients = rounded_coefficients(p)
 
     def rates(state: Numbers) -> tuple[Any, ...]:
         # From dimensionless M follows the rate in t', and not in physical t.
-        M, _ = body_from_aligned(Aligned(*state[:6]), body.alpha0, 1.0)
+        M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, 1.0)
         return (*aligned(state[:6], coefficients), turning_rate(M, r, mu))
 
     return rates

@@ -7,10 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.mechanics.body import Angles
-from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
-from rigidpend.numbers.exact import GUARD_BITS, exact
+from rigidpend.numbers.exact import GUARD_BITS, context, exact
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.build import Design
 from rigidpend.orbits.return_map.precision import precision
@@ -67,25 +65,38 @@ class MapStarts:
         cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
         # The reversor takes the start to one beside the upper orbit, psi = pi/2 - beta0/2 - theta2.
         # The angle is recovered from cos and sin, to which its rest has been added.
-        p, *_ = _constants(problem, bits)
-        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.phase_shift
+        beta0 = _constants(problem, bits).beta0
+        psi = a.pi / 2 - beta0 / 2 - a.atan2(sin, cos) + design.phase_shift
         return Qp + 0 * psi, psi, along * cos + across * sin
 
 
+class _Constants(NamedTuple):
+    """Numbers of a problem's starts, each rounded once."""
+
+    theta1: Any
+    """alpha0 + beta0, radians."""
+    sin_alpha0: Any
+    beta0: Any
+    J2: Any
+    J1: Any
+
+
 @functools.lru_cache(maxsize=16)
-def _constants(problem: RouteProblem, bits: int) -> tuple[Angles, Any, Any]:
-    """The body's angles, J2_0 and J1_0 of a problem, each rounded once to `bits` bits."""
-    a, guarded = precision(bits), bits + GUARD_BITS
-    angles = Angles(*map(a.number, problem.body.angles(guarded)))
-    return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0)
+def _constants(problem: RouteProblem, bits: int) -> _Constants:
+    """The numbers of a problem's starts in `bits` bits."""
+    a, m = precision(bits), context(bits + 2 * GUARD_BITS)
+    p, J2 = problem.body.angles(m.prec), problem.J2_0(m.prec)
+    exactly = p.alpha0 + p.beta0, m.sin(p.alpha0), p.beta0, J2, problem.J1_0
+    return _Constants(*map(a.number, exactly))
 
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
     """Qp of starts in a design's unit of M, for the problem's J1_0 or for doubles in its place."""
-    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
+    a, (_, sin_alpha0, _, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(np.array(J1_0))[()]
-    begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
-    return a.number(exact(unit)) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
+    # That of `aligned_from_canonical` at theta1 = alpha0 + beta0. Maps share these numbers, and the
+    # sine of a rounded alpha0 near pi would have few digits, the same wrong ones for all of them.
+    return a.number(exact(unit)) * (2 * a.sqrt(J1) * a.sqrt(J2 - J1) * sin_alpha0)
 
 
 class Beginning(NamedTuple):
@@ -103,12 +114,11 @@ def beginning(
     problem: RouteProblem, design: Design, bits: int, J1_0: tuple[float, ...] | None = None
 ) -> Beginning:
     """The constants of the problem's starts, or of starts with the given J1_0, doubles."""
-    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
+    a, (theta1, _, _, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(np.array(J1_0))
     # The height is linear in cos and sin of the shifted phase: its values at 0 and pi/2 are the
     # coefficients.
     along, across = (
-        height(J1, J2, (p.alpha0 + p.beta0, x - design.phase_shift), a)
-        for x in (a.number(0.0), a.pi / 2)
+        height(J1, J2, (theta1, x - design.phase_shift), a) for x in (a.number(0.0), a.pi / 2)
     )
     return Beginning(start_Qp(problem, design.unit, bits, J1_0), along, across)

@@ -48,11 +48,13 @@ class Start(NamedTuple):
 def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
     """The start theta1_0 = alpha0 + beta0, J1_0, J2_0 = sqrt(2 h0/kappa) in `bits` bits.
 
-    All is computed with guard bits and rounded once, to floats at 53 bits and to Fractions above.
+    All is computed with twice as many guard bits as elsewhere, for sines of angles near pi (thin
+    bodies) and of small differences (near the Hess case) take some of them; and rounded once, to
+    floats at 53 bits and to Fractions above.
     On separatrix 2 Qm = 0 identically, so that the record leaves it out. The last results are
     remembered, because many calls differ only in their phases.
     """
-    guarded, rounded = bits + GUARD_BITS, _rounding(bits)
+    guarded, rounded = bits + 2 * GUARD_BITS, _rounding(bits)
     m, p = context(guarded), problem.body.angles(guarded)
     unit, tall = m.mpf(scales.momentum), m.mpf(scales.vertical)
     J, theta1 = (problem.J1_0.at(guarded), problem.J2mJ1_0(guarded), m.mpf(0)), p.alpha0 + p.beta0

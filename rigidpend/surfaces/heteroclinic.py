@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from rigidpend.mechanics.body import Angles, Body
-from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, cos_sin_half
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import exponent
@@ -168,7 +168,7 @@ def _brackets(
             yield min(before, here), max(before, here)
             break
     # If the periodic orbit has no unstable direction, and so no S1-, this raises that reason.
-    orbit = periodic_orbit(Angles(*map(float, s.p)), float(s.h0))
+    orbit = periodic_orbit(s.p, float(s.h0))
     # In a period J1 grows by the square of the multiplier: the orbits repeat.
     depths = first + 2 * orbit.exponent_per_period * np.linspace(0, 1, PARTS + 1)
     for below, above in itertools.pairwise((x, off(x)) for x in depths.tolist()):
@@ -208,7 +208,7 @@ def _turning(s: UnstableSurface, depth: Any, times: Array, arithmetic: Arithmeti
     orbit = states_at(
         floats, state, times, engine=arithmetic.engine, tolerance=arithmetic.tolerance
     )
-    M, _ = body_from_aligned(Aligned(*orbit), float(p.alpha0), 1.0)
-    r = math.cos(float(p.beta0) / 2), math.sin(float(p.beta0) / 2), 0.0
+    M, _ = body_from_aligned(Aligned(*orbit), p.alpha0, 1.0)
+    r = *cos_sin_half(p.beta0), 0.0
     # From dimensionless M follows the rate in t', and not in physical t.
     return np.asarray(turning_rate(M, r, float(p.mu)))

@@ -39,6 +39,14 @@ def test_levels_of_a_nearly_symmetric_body_keep_their_digits() -> None:
     np.testing.assert_allclose(orbits["level"], expected, atol=1e-10)
 
 
+def test_levels_of_a_thin_body_keep_their_digits() -> None:
+    """Around M1 they are about 1e-17, where cos(theta1 - beta0) and cos(alpha0) are near -1."""
+    orbits = computed(asked("fig1", "problem.A=[1, 1e-8, 1 - 1e-8]"))["orbits"]
+    cos2 = (1e-8 / (1 - 1e-8)) ** 2
+    expected = (1 - orbits["height"] ** 2) / 2 * np.where(orbits["around"] == 2, 1 - cos2, -cos2)
+    np.testing.assert_allclose(orbits["level"], expected, rtol=1e-14)
+
+
 def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
     stored = copy.deepcopy(data)
     stored["orbits"]["projected"][2, 7] = 5e-15

@@ -10,6 +10,7 @@ from rigidpend import Body
 from rigidpend.mechanics import coordinates as co
 from rigidpend.mechanics.coordinates import Andoyer, Canonical
 from rigidpend.mechanics.equations import cross
+from tests.bodies import THIN
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -171,3 +172,18 @@ def test_vectors_count_as_parallel_within_rounding_and_not_beyond() -> None:
     for M in (3 * gamma, -0.7 * gamma):
         assert not co.andoyer_from_body(M, gamma).g.any()
     assert co.andoyer_from_body((0, 0, 2), (3 * np.finfo(float).eps, 0, 1)).g == math.pi / 2
+
+
+def test_momenta_of_a_thin_body_keep_their_digits() -> None:
+    """cos(alpha0/2) = A2/A3 there; by alpha0 in doubles it errs by 1e-8."""
+    aligned = co.Aligned(1e-9, 2e-9, 0.5, 0.0, 0.0, 0.0)
+    cos = float(FINE.mpf("1e-8") / (1 - FINE.mpf("1e-8")))
+    M1, off = (
+        co.body_from_aligned(aligned, alpha0, 1.0)[0][0]
+        for alpha0 in (THIN.angles(113).alpha0, THIN.alpha0)
+    )
+    assert abs(M1 * 2 * cos / 3e-9 - 1) < 8e-16
+    assert abs(off / M1 - 1) > 1e-9
+    found = co.canonical_from_aligned(aligned, THIN.angles(113).alpha0, 0.0)
+    J2 = math.hypot(M1, 5e-10, 0.5)
+    assert found.J2mJ1 == pytest.approx((M1**2 + 2.5e-19) / (2 * (J2 + 0.5)), rel=1e-15)

@@ -14,6 +14,7 @@ from rigidpend.mechanics.floquet import PeriodicOrbit, periodic_orbit
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from scripts.stated_orbits import multiplier
+from tests.bodies import THIN
 from tests.strategies import aligned_from_body, apart
 
 PAIRS = [(family, epsilon) for family in (1, 2) for epsilon in (1, -1)]
@@ -162,3 +163,15 @@ def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(floquet, "MOST_STEPS", 32)
     with pytest.raises(ArithmeticError, match="32 steps don't settle the periodic orbit at h0 = "):
         periodic_orbit(FIG4, 1.0)
+
+
+def test_a_thin_body_s_multiplier_keeps_its_digits_where_its_angles_have_them() -> None:
+    """Without weight its logarithm is pi^2/nu; the bound for angles in doubles is 2^-45/sin."""
+    p = Body(THIN.A, THIN.r, 0).angles(113)
+    truth = math.pi**2 / float(p.nu)
+    off, rounded = (
+        abs(periodic_orbit(each, 1.0).exponent_per_period / truth - 1)
+        for each in (p, THIN.angles()._replace(mu=0.0))
+    )
+    assert off < 2.0**-45 / truth
+    assert 1e-9 < rounded < 2.0**-45 / math.sin(p.alpha0)

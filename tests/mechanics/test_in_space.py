@@ -26,9 +26,17 @@ from rigidpend.mechanics.in_space import (
 )
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.states import states_at
-from tests.bodies import FIG5, GENERIC
+from tests.bodies import FIG5, GENERIC, THIN
 from tests.orbits.integrate.problems import ENGINES
-from tests.strategies import ROUNDING, aligned_from_body, examples, field_with_alpha, momenta
+from tests.strategies import (
+    FINE,
+    ROUNDING,
+    aligned_from_body,
+    examples,
+    field_with_alpha,
+    fine_angles,
+    momenta,
+)
 
 BODIES = [
     FIG5,
@@ -64,6 +72,25 @@ def test_increments_keep_their_digits_where_alpha0_is_near_pi() -> None:
     unit = p.mu * m.pi * p.kappa / m.sin(p.alpha0)
     expected = [float(unit * m.sin((p.beta0 + side * p.alpha0) / 2)) for side in (-1, 1)]
     np.testing.assert_allclose(increments(body.angles(), 1.0)[:2], expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        Body(THIN.A, (0, 1, 0), "0.01"),
+        Body.from_angles("1.2", "1.2 + 1e-9", "1", "0.01"),
+    ],
+    ids=["beta0=pi", "near Hess"],
+)
+def test_small_increments_keep_their_digits_where_the_angles_have_them(body: Body) -> None:
+    p, q = body.angles(113), fine_angles(body)
+    expected = [q.mu * q.nu * FINE.sin((q.beta0 + side * q.alpha0) / 2) for side in (-1, 1)]
+    found, rounded = (
+        [abs(float(x / y - 1)) for x, y in zip(increments(each, 1.0)[:2], expected, strict=True)]
+        for each in (p, body.angles())
+    )
+    assert max(found) < 1e-15
+    assert max(rounded) > 1e-9
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.mechanics.in_space import field
 from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes import herpolhode
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, initial_state, samples
-from tests.bodies import FIG5, problem
-from tests.strategies import field_with_alpha
+from tests.bodies import FIG5, THIN, problem
+from tests.strategies import FINE, field_with_alpha, fine_angles
 
 TOLERANCE = 3e-14
 PROBLEM = problem(FIG5, 5, "10/9", "2.39205e-9")
@@ -80,3 +81,22 @@ def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:
     np.testing.assert_allclose(np.unwrap(np.atan2(zeta, eta)), found, rtol=0, atol=1e-12)
     np.testing.assert_allclose(xi, (omega * gamma).sum(axis=0), rtol=0, atol=1e-13)
     np.testing.assert_allclose(eta**2 + zeta**2, (omega**2).sum(axis=0) - xi**2, rtol=1e-12)
+
+
+def test_samples_of_a_thin_body_keep_their_digits() -> None:
+    """Of M1, and so of J1/J2, omega and the rate of theta3, angles in doubles give eight digits."""
+    p = fine_angles(THIN)
+    state = [1e-9, 2e-9, -0.5, 0.6, 0.0, 0.8]
+    cos, sin = FINE.cos(p.alpha0 / 2), FINE.sin(p.alpha0 / 2)
+    Qp, Qm = map(FINE.mpf, state[:2])
+    M1, M2 = (Qp + Qm) / (2 * cos), (Qp - Qm) / (2 * sin)
+    J2 = FINE.sqrt(M1**2 + M2**2 + FINE.mpf("0.25"))
+    found = samples(THIN, np.zeros(1), np.array([*state, 0.0])[:, None])
+    J1 = (M1**2 + M2**2) / (2 * (J2 + FINE.mpf("0.5")))
+    assert found.J1_over_J2[0] == pytest.approx(float(J1 / J2), rel=1e-15)
+    A1, A2, A3 = (x.at(FINE.prec) for x in THIN.A)
+    s = FINE.sqrt((A1 - A2) / (A1 * A2))
+    omega = FINE.sqrt((M1 / A1) ** 2 + (M2 / A2) ** 2 + (FINE.mpf("0.5") / A3) ** 2) / s
+    assert np.linalg.norm(found.omega[0]) == pytest.approx(float(omega), rel=1e-15)
+    rate = p.mu * (M1 + M2) / FINE.sqrt(2) / J2**2
+    assert field(THIN)([*state, 0.0])[6] == pytest.approx(float(rate), rel=1e-15)

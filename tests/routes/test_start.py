@@ -12,11 +12,14 @@ import xarray
 
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.numbers.exact import ExactError, context, exact
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
+from rigidpend.routes.map_start import start_Qp
 from rigidpend.routes.phases import FAR, Grid, Phases, turned
 from rigidpend.routes.start import Scales, start, states_double, states_exact
-from tests.bodies import FIG4, GENERIC, problem
+from tests.bodies import FIG4, GENERIC, THIN, problem
 from tests.strategies import FINE, fine_angles
 
 TENTHS = [f"{k}/10" for k in range(63)]
@@ -174,3 +177,35 @@ def test_the_weight_is_in_units_of_momentum_and_vertical(scales: Scales) -> None
     unit = float(scales.momentum) ** 2 / float(scales.vertical)
     for name in ("mu_r1", "mu_r2"):
         assert getattr(other, name) == pytest.approx(getattr(one, name) * unit, rel=1e-14)
+
+
+@pytest.mark.parametrize("bits", [53, 106])
+@pytest.mark.parametrize(
+    "body",
+    [
+        Body(A=(1, "1e-14", "1 - 1e-14"), r=(1, 1, 0), mu="1e-20"),
+        Body.from_angles("1.2", "1.2 + 1e-14", "1", "0.001"),
+    ],
+    ids=["thin", "near Hess"],
+)
+def test_a_start_is_rounded_once_where_sines_are_small(body: Body, bits: int) -> None:
+    """Both computations of a precision share it: an error in common is not seen by comparison."""
+    case, p = problem(body), body.angles(300)
+    m = context(300)
+    J1, J2 = case.J1_0.at(300), case.J2_0(300)
+    exactly = [2 * m.sqrt(J1 * (J2 - J1)) * m.sin(p.alpha0), *aligned_coefficients(p, m)]
+    begin = start(case, bits, FIRST_SCALES)
+    for x, y in zip((begin.Qp, *begin.coefficients), exactly, strict=True):
+        near = Fraction(x)
+        assert abs(m.mpf(near.numerator) / near.denominator / y - 1) < m.mpf(2) ** -bits
+
+
+@pytest.mark.parametrize("bits", [53, 90])
+def test_a_start_of_a_map_keeps_the_digits_of_a_thin_body(bits: int) -> None:
+    """Maps share it too; by a rounded alpha0 it would err by 1e8 roundings, alike in all maps."""
+    case, m = problem(THIN, J1_0="1e-4"), context(300)
+    J1, J2 = case.J1_0.at(300), case.J2_0(300)
+    exactly = 2 * m.sqrt(J1 * (J2 - J1)) * m.sin(THIN.angles(300).alpha0)
+    found = precision(bits).array([start_Qp(case, "1", bits)])
+    near = Fraction(found[0]) if bits == 53 else found.exactly()[0]
+    assert abs(m.mpf(near.numerator) / near.denominator / exactly - 1) < 8 * m.mpf(2) ** -bits

@@ -14,12 +14,13 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import aligned_coefficients, hamiltonian_J3_0
 from rigidpend.mechanics.in_space import field
 from rigidpend.mechanics.in_space import increments as first_order
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import heteroclinic
 from rigidpend.surfaces.heteroclinic import increments
 from rigidpend.surfaces.surface_orbits import launch, surface
+from tests.bodies import THIN
 from tests.orbits.integrate.problems import find, theta1_on
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.05")
@@ -93,6 +94,14 @@ def test_order_tri1_errs_in_the_second_order_and_the_mean_of_both_orbits_in_the_
         gaps.append(increments(heavy, H0, ARITHMETIC).gained - first_order(heavy.angles(), 1.0))
     np.testing.assert_allclose(gaps[0] / gaps[1], 4, rtol=0.05)
     np.testing.assert_allclose(gaps[0].mean(axis=0) / gaps[1].mean(axis=0), 8, rtol=0.01)
+
+
+def test_what_a_thin_body_gains_keeps_its_digits() -> None:
+    """With beta0 = pi it is small, mu nu cos(alpha0/2)/h0; angles in doubles give eight digits."""
+    p = Body(THIN.A, (0, 1, 0), "1e-24").angles(113)
+    first = float(p.mu * p.nu * context(113).cos(p.alpha0 / 2))
+    gained = increments(Body(THIN.A, (0, 1, 0), "1e-24"), H0, ARITHMETIC).gained
+    np.testing.assert_allclose(gained, np.full((2, 4), first) * (1, 1, -1, -1), rtol=1e-12)
 
 
 def test_in_the_Hess_case_nothing_is_gained_along_1_and_3() -> None:

@@ -69,7 +69,7 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
 
 def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
-    sampled, angles = samples(problem.body, orbit.t, orbit.states), problem.body.angles()
+    sampled, angles = samples(problem.body, orbit.t, orbit.states), problem.body.angles(113)
     actions = float(problem.J1_0), float(problem.routes.J2mJ1_0(53))
     # The first sample, and the sample closest to the vertex after `n_wound` separatrices.
     crossings = routes.crossing_time[problem.n_wound - 1 : problem.n_wound + 1, 0]

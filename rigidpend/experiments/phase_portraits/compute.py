@@ -11,8 +11,7 @@ from rigidpend.experiments.data import Tree
 from rigidpend.experiments.phase_portraits.schema import Config
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import TURN
-from rigidpend.mechanics.equations import hamiltonian_J3_0
+from rigidpend.mechanics.coordinates import TURN, cos_sin_half
 from rigidpend.numbers import Array
 
 OUTLINE = 241
@@ -28,7 +27,8 @@ def compute(config: Config, means: Means) -> Tree:
     phi, around = (np.linspace(0, TURN, points) for points in (problem.points, OUTLINE))
     sides = [(f, side) for f in (free_body.around_M2, free_body.around_M1) for side in (1, -1)]
     heights = [float(x) for x in problem.heights]
-    every = [f(body.alpha0, h, side, phi) for f, side in sides for h in heights]
+    alpha0 = body.angles(113).alpha0
+    every = [f(alpha0, h, side, phi) for f, side in sides for h in heights]
     orbits = _group(np.concatenate(every, axis=1), problem.points, body, axes)
     # Rotations about the axes of M2 and M1, as curves of one point.
     centres = _group(np.eye(3)[:, [1, 1, 0, 0]] * (1, -1, 1, -1), 1, body, axes)
@@ -69,7 +69,8 @@ def view_axes(view: Any) -> Array:
 def _separatrices(n: int, body: Body, axes: Array) -> dict[str, Any]:
     """Separatrices from pole to pole; at the poles theta1 is not defined, and its limit is used."""
     phi = np.linspace(-TURN / 4, TURN / 4, n)
-    M = [free_body.half_circle(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
+    alpha0 = body.angles(113).alpha0
+    M = [free_body.half_circle(alpha0, number, phi) for number in free_body.SEPARATRICES]
     points = np.concatenate(M, axis=1)
     theta1 = np.repeat(free_body.separatrix_theta1(body.alpha0, body.beta0), n)
     return _group(points, n, body, axes, (theta1, (1 + points[2]) / 2))
@@ -85,11 +86,11 @@ def _group(
     theta1, J1 = free_body.in_plane(points, body.beta0, middle) if plane is None else plane
     projected = axes @ points
     begins = np.arange(0, points.shape[1], n)
-    # The energy is taken at the middle of a curve: theta1 is undefined at the poles, its ends.
-    k = begins + n // 2
-    # The level by itself: beside kappa/2 of a nearly symmetric body it would be rounded off.
-    unweighted = body.angles()._replace(kappa=0.0, mu=0.0)
-    level = hamiltonian_J3_0(J1[k], 1.0, (theta1[k], 0.0), unweighted, np)
+    # The level by itself: beside kappa/2 of a nearly symmetric body it would be rounded off. By the
+    # form of `free_body` as a product: by theta1 it would be lost where alpha0 is near pi.
+    cos, sin = cos_sin_half(body.angles(113).alpha0)
+    M1, M2, _ = points[:, begins + n // 2]
+    level = (sin * M2 - cos * M1) * (sin * M2 + cos * M1) / 2
     # Arrows a quarter and three quarters along each curve; a curve of one point has none.
     arrows = np.ravel([begins + part * n // 4 for part in (1, 3)]) if n > 1 else begins[:0]
     return {

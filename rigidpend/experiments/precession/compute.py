@@ -50,7 +50,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     problem, h0 = config.problem, float(config.problem.h0)
     bodies = [problem.bodies[name].heavy(mu) for mu in problem.mu]
     found = [_increments(name, body, problem.h0, means) for body in bodies]
-    first = np.array([increments(body.angles(), h0) for body in bodies])
+    first = np.array([increments(body.angles(113), h0) for body in bodies])
     gained = np.array([x.gained for x in found])
     unit = np.array([unit_of(body, h0) for body in bodies])
     error = np.array([uncertainty(*x, bodies[0].nu) for x in zip(found, unit, strict=True)])
@@ -120,7 +120,7 @@ def describe(config: Config) -> list[Row]:
     problem, rows = config.problem, []
     for name, shape in problem.bodies.items():
         body = shape.heavy(problem.drawn)
-        first = ", ".join(f"{x:+.5f}" for x in increments(body.angles(), float(problem.h0)))
+        first = ", ".join(f"{x:+.5f}" for x in increments(body.angles(113), float(problem.h0)))
         meaning = f"rad, along 1, 2, 3, 4 by (tri1) at mu = {body.mu}; {regime(body)}"
         rows.append(Row(f"body {name}", first, meaning))
     return rows

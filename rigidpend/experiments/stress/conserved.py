@@ -181,7 +181,7 @@ def _drift(scene: Scene, tolerance: float, marks: Array, orbits: int) -> Array:
     # In long doubles, because rounding in the evaluation of the integrals would hide their drift.
     aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
     s = float(scale(scene.body.floats()[0]))
-    there = integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s))
+    there = integrals(scene, *body_from_aligned(aligned, scene.body.angles(113).alpha0, s))
     return np.sqrt(((there[:, 1:] - there[:, :1]) ** 2).mean(axis=2)).astype(float)
 
 

@@ -19,7 +19,7 @@ from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.stress import LIMIT, PASSED, REFUTED
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.mechanics.equations import AlignedCoefficients, rounded_coefficients
 from rigidpend.mechanics.free_body import exponent, fastest_rate, theta1
 from rigidpend.numbers import Array
 from rigidpend.numbers.checked import ParameterError
@@ -134,7 +134,7 @@ class Scene(NamedTuple):
     @property
     def c(self) -> AlignedCoefficients:
         """Coefficients of the body for an engine in doubles."""
-        return AlignedCoefficients(*map(float, aligned_coefficients(self.body.angles(), np)))
+        return rounded_coefficients(self.body.angles(113))
 
     @property
     def u(self) -> float:

@@ -333,7 +333,9 @@ def build(
     """
     a = precision(table_bits(bits))
     # Digits for the sharpest tables that a later attempt may turn to.
-    p = body.angles(max(a.bits, MOST_IN_TRIPLES if design.narrower else MOST_IN_PAIRS) + GUARD_BITS)
+    p = body.angles(
+        max(a.bits, MOST_IN_TRIPLES if design.narrower else MOST_IN_PAIRS) + 2 * GUARD_BITS
+    )
     rough = _rough(body, (low + high) / 2, design)
     exponent, allowed = _floquet_exponent(body, float(low), float(high)), _allowed(bits)
     layer, planned = by or plan(body, low, high, bits, design)
@@ -401,7 +403,7 @@ def _floquet_exponent(body: Body, low: float, high: float) -> float:
     found = []
     for h in (low, (low + high) / 2, high):
         try:
-            orbit = floquet.periodic_orbit(body.angles(), h, 2, 1)
+            orbit = floquet.periodic_orbit(body.angles(113), h, 2, 1)
         except (ArithmeticError, ValueError) as error:
             raise MapError(f"at the energy {h:.6g}: {error}") from None
         if orbit.turns:

@@ -71,7 +71,8 @@ class Anchors(NamedTuple):
     """Starts in doubles, radians, (N,) each, about which theta1 is linear in theta2."""
 
     theta2: Array
-    theta1: Array
+    offset: Array
+    """theta1 less alpha0 + beta0, so that a thin body's keeps digits, whose alpha0 is near pi."""
     slope: Array
     """Derivative of theta1 in theta2 on the surface."""
     b_slope: Array
@@ -136,8 +137,9 @@ class Launch:
     def states(self, anchors: Anchors, theta2: Numbers) -> Numbers:
         """The starts (6, N) at phases theta2, (N,), near the anchors; all are Fractions."""
         a, p = self.a, self.p
-        begun, theta1, slope = exactly([anchors[:3]])
-        angles = a.array(theta1 + slope * (theta2 - begun)), a.array(theta2)
+        begun, offset, slope = exactly([anchors[:3]])
+        theta1 = p.alpha0 + p.beta0 + a.array(offset + slope * (theta2 - begun))
+        angles = theta1, a.array(theta2)
         J2 = a.sqrt(2 * (self.h - p.mu * a.sin(angles[1])) / p.kappa)
         left = 1.0
         # Simplified Newton's method for J2 at the energy h: each step multiplies the error by about
@@ -174,10 +176,12 @@ class Launch:
     def _beside(self, psi: Array, J1: float) -> tuple[Array, Array, Array]:
         """v, theta1 and the oscillation of the time where orbits of the surface have psi and J1.
 
-        (N,) each; psi is that of the mirrored orbits, for which the surface is u = 0.
+        (N,) each; psi is that of the mirrored orbits, for which the surface is u = 0. theta1 comes
+        less alpha0 + beta0.
         """
-        made, zero = self.level.map_level, 0 * psi
-        v = np.full(len(psi), np.sqrt(J1))
+        made, zero, k = self.level.map_level, 0 * psi, self.doubles.aligned
+        # Qp without weight, for a J1 far below J2: 2 sqrt(J1 J2) sin(alpha0).
+        v = zero + 4 * k.half_sigma * math.sqrt(J1 * math.sqrt(2 * self.level.h / k.kappa))
         for _ in range(MOST_ITERATIONS):
             Qp, Qm, tau = made.placed(psi, zero, v)
             M1, M2 = self.doubles.momenta(Qp, Qm)
@@ -186,8 +190,9 @@ class Launch:
             v = v * np.sqrt(J1 / here)
             if np.abs(here / J1 - 1).max(initial=0.0) < 1e-15:
                 break
-        theta1 = float(self.p.beta0) + 2 * np.atan2(M1, M2)
-        return v, theta1, tau
+        # Qm = J sin(half) and Qp = J sin(half + alpha0), where half is half of the offset.
+        across, ahead = 2 * k.half_sigma * Qm, Qp - Qm * math.cos(self.p.alpha0)
+        return v, 2 * np.atan2(across, ahead), tau
 
     def _action(self, psi: Array, Qp: Array, Qm: Array, M1: Array, M2: Array) -> Array:
         """J1 from M and the energy, of the mirrored orbits, which have M3 > 0."""

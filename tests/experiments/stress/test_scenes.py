@@ -16,12 +16,13 @@ from rigidpend.mechanics.coordinates import (
     canonical_from_aligned,
     scale,
 )
+from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certainty import FIRST_SCALES
 from rigidpend.routes.problem import phase_rate
 from rigidpend.routes.run import Run
-from tests.bodies import FIG4, GENERIC, problem
+from tests.bodies import FIG4, GENERIC, THIN, problem
 from tests.experiments.stress.verdicts import changed, failed, verdicts
 
 PROBLEM = problem(n_symbols=1, J1_0="1e-6")
@@ -39,6 +40,12 @@ def test_phase_errors_count_another_separatrix_as_infinite() -> None:
     found = record([1.0, 2.5, np.nan, np.nan], [2, 1, 0, 0])
     true = record([1.25, 2.5, np.nan, 9.0], [2, 3, 0, 4])
     assert scenes.phase_errors(found, true, 2.0)[:, 0].tolist() == [0.5, np.inf, 0.0, np.inf]
+
+
+def test_coefficients_of_a_thin_body_keep_their_digits() -> None:
+    """twist is 1/(2 sin(alpha0)), where alpha0 in doubles gives eight digits."""
+    sine = context(113).sin(THIN.angles(113).alpha0)
+    assert Scene(THIN, 1.0).c.twist == pytest.approx(float(1 / (2 * sine)), rel=4e-16)
 
 
 @pytest.mark.parametrize("place", extremes.PLACES, ids=lambda x: x.name)

@@ -136,6 +136,20 @@ def test_phases_have_30_digits_where_the_normal_form_tells_J1_0_less_well(mu: st
     assert min(abs(x - Fraction(FAR[mu, J1])) for x in found.theta2_0) < LAST_DIGIT
 
 
+@pytest.mark.slow
+def test_phases_of_a_thin_body_have_30_digits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is a map, as its exponent keeps its digits; and starts keep theirs at any depth."""
+    thin = ChainLevel.of(Body((1, "1e-6", "1 - 1e-6"), (1, 1, 0), "1e-10"), H)
+    [(rough, _)] = skeleton(thin, 0, 8)
+    found = []
+    for depth in (sharp_module.DEPTH, Fraction(1, 3 * 10**18)):
+        monkeypatch.setattr(sharp_module, "DEPTH", depth)
+        found.append(sharp(Launch(thin, exact("1e-5")), doubly_asymptotic(thin, rough)))
+    off = [abs(x - y) for x, y in zip(*(one.theta2_0 for one in found), strict=True)]
+    assert max(off) < LAST_DIGIT
+    assert max(max(one.error) for one in found) < sharp_module.FINEST_ERROR
+
+
 @pytest.mark.parametrize("J1", ["0.5", "0.6", "1.41"])
 def test_phases_are_refused_where_J1_0_is_outside_of_the_normal_form(J1: str) -> None:
     with pytest.raises(MapError, match=rf"J1_0 = {J1} lies outside of the normal form"):
