@@ -20,12 +20,14 @@ converts, unless their docstrings name the units.
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rigidpend.numbers import Array, Elementary, Numbers, Scalar
+from rigidpend.numbers.exact import context
 
 TURN = 2 * np.pi
 """A whole turn, radians. theta1 is defined modulo two turns, since l = (theta1 - beta0)/2."""
@@ -186,16 +188,28 @@ def aligned_from_canonical(
     return Aligned(Qp, Qm, M3, *gamma)
 
 
-def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array]:
-    """Physical M and gamma, (3, ...) each, from dimensionless aligned components; s is `scale`."""
+def body_from_aligned(a: Aligned, alpha0: Scalar, s: float) -> tuple[Array, Array]:
+    """Physical M and gamma, (3, ...) each, from dimensionless aligned components; s is `scale`.
+
+    Of an alpha0 near pi, as in a thin body, a double has lost the cosine of alpha0/2: mpmath
+    numbers of more bits keep it.
+    """
     # Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2', solved for M1' and M2'.
-    M1 = (a.Qp + a.Qm) / (2 * np.cos(alpha0 / 2))
-    M2 = (a.Qp - a.Qm) / (2 * np.sin(alpha0 / 2))
+    cos, sin = _of_half(alpha0)
+    M1 = (a.Qp + a.Qm) / (2 * cos)
+    M2 = (a.Qp - a.Qm) / (2 * sin)
     return np.stack((M1, M2, a.M3)) / s, np.stack((a.gamma1, a.gamma2, a.gamma3))
 
 
-def canonical_from_aligned(a: Aligned, alpha0: float, beta0: float) -> Canonical:
-    """Dimensionless (J, theta) from aligned components."""
+@functools.lru_cache(maxsize=32)
+def _of_half(angle: Scalar) -> tuple[float, float]:
+    """Cosine and sine of half an angle, correctly rounded."""
+    m = context(113)
+    return float(m.cos(m.mpf(angle) / 2)), float(m.sin(m.mpf(angle) / 2))
+
+
+def canonical_from_aligned(a: Aligned, alpha0: Scalar, beta0: float) -> Canonical:
+    """Dimensionless (J, theta) from aligned components; alpha0 as for :func:`body_from_aligned`."""
     return canonical_from_andoyer(andoyer_from_body(*body_from_aligned(a, alpha0, 1.0)), beta0)
 
 

@@ -139,11 +139,11 @@ def field(body: Body) -> Callable[[Any], tuple[Any, ...]]:
     alpha needs no quadrature: (th_al) gives it from theta3.
     """
     _, r, mu = body.floats()
-    coefficients = rounded_coefficients(body)
+    coefficients, alpha0 = rounded_coefficients(body), body.angles(113).alpha0
 
     def rates(state: Numbers) -> tuple[Any, ...]:
         # From dimensionless M follows the rate in t', and not in physical t.
-        M, _ = body_from_aligned(Aligned(*state[:6]), body.alpha0, 1.0)
+        M, _ = body_from_aligned(Aligned(*state[:6]), alpha0, 1.0)
         return (*aligned(state[:6], coefficients), turning_rate(M, r, mu))
 
     return rates

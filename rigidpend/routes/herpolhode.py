@@ -104,7 +104,7 @@ def samples(body: Body, t: Array, states: Array) -> SampledOrbit:
     omega = in_space.angular_velocity(M, body.floats()[0])
     # alpha differs from theta3 by less than pi/2 (th_al), so it is continuous where theta3 is.
     angle = theta3 + in_space.alpha_ahead(M, omega, gamma)
-    c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
+    c = canonical_from_aligned(Aligned(*state), body.angles(113).alpha0, body.beta0)
     hodograph = in_space.fixed_components(omega, gamma, angle)
     return SampledOrbit(t, c.theta1, c.J1 / c.J2, theta3, angle, hodograph)
 
@@ -119,4 +119,4 @@ def physical(states: Numbers, body: Body) -> tuple[Array, Array]:
     """Physical M and gamma, each (3, ...), of states with six aligned components."""
     # kappa is 1/(A3 s^2). From moments in doubles s is lost where A1 is near A2.
     s = 1 / math.sqrt(body.floats()[0][2] * body.kappa)
-    return body_from_aligned(Aligned(*states[:6]), body.alpha0, s)
+    return body_from_aligned(Aligned(*states[:6]), body.angles(113).alpha0, s)

@@ -13,7 +13,7 @@ from rigidpend.mechanics.body import Body, direction
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import exponent
-from rigidpend.numbers import Array
+from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact, context, exact, function
 from rigidpend.orbits.integrate.states import states_at
@@ -125,7 +125,7 @@ def S1_minus(
             engine=engine,
             tolerance=tolerance,
         )
-        theta1, ratio = projected(orbits[:, first:], p.alpha0, p.beta0)
+        theta1, ratio = projected(orbits[:, first:], problem.body.angles(113).alpha0, p.beta0)
         across = (theta1 - p.alpha0 - p.beta0) / half_width
         for x, y, angle in zip(across.T, ratio.T, theta1.T, strict=True):
             kept = points(x, y)
@@ -183,12 +183,12 @@ def _steps(problem: RouteProblem) -> tuple[float, int]:
     return whole, math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
 
 
-def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:
+def projected(orbits: Array, alpha0: Scalar, beta0: float) -> tuple[Array, Array]:
     """Map aligned states (6, n, ...) to J1/J2 and theta1, which begins near alpha0 + beta0."""
     c = canonical_from_aligned(Aligned(*orbits), alpha0, beta0)
     # theta1 is known modulo 4 pi: it begins on the sheet of which the separatrix is the middle, and
     # a curve that leaves it, in a window that is wider, goes on without a jump.
-    centre, sheet = alpha0 + beta0, 4 * math.pi
+    centre, sheet = float(alpha0) + beta0, 4 * math.pi
     off = np.mod(c.theta1 - centre + sheet / 2, sheet) - sheet / 2
     return centre + np.unwrap(off, axis=0, period=sheet), c.J1 / c.J2
 

@@ -208,7 +208,7 @@ def _turning(s: UnstableSurface, depth: Any, times: Array, arithmetic: Arithmeti
     orbit = states_at(
         floats, state, times, engine=arithmetic.engine, tolerance=arithmetic.tolerance
     )
-    M, _ = body_from_aligned(Aligned(*orbit), float(p.alpha0), 1.0)
+    M, _ = body_from_aligned(Aligned(*orbit), p.alpha0, 1.0)
     r = math.cos(float(p.beta0) / 2), math.sin(float(p.beta0) / 2), 0.0
     # From dimensionless M follows the rate in t', and not in physical t.
     return np.asarray(turning_rate(M, r, float(p.mu)))

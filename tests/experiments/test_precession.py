@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.precession import SLOPE
-from rigidpend.experiments.precession.compute import in_order, uncertainty
+from rigidpend.experiments.precession.compute import in_order, uncertainty, unit_of
 from rigidpend.experiments.precession.draw import draw, tables
-from rigidpend.surfaces.heteroclinic import Increments
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.surfaces.heteroclinic import Increments, increments
 from tests.experiments.trees import asked, computed, differences, unlike_stored
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
@@ -99,12 +102,22 @@ def test_a_figure_of_weights_without_any_such_orbits_says_so() -> None:
 
 def test_the_largest_error_of_the_quadrature_counts() -> None:
     found = Increments(np.zeros((2, 4)), np.arange(8.0).reshape(2, 4))
-    assert 7 < uncertainty(found, 1.0, 1.0) < 7 + 1e-9
+    assert 7 < uncertainty(found, 1.0, 1.0, 1.0) < 7 + 1e-9
 
 
 def test_rounding_of_ever_more_steps_counts() -> None:
     found = Increments(np.zeros((2, 4)), np.zeros((2, 4)))
-    assert [uncertainty(found, 2.0, nu) for nu in (4.0, 1500.0)] == pytest.approx([2e-13, 2e-12])
+    stated = [uncertainty(found, 2.0, nu, 1.0) for nu in (4.0, 1500.0)]
+    assert stated == pytest.approx([2e-13, 2e-12])
+
+
+def test_rounding_of_a_body_that_almost_rests_at_its_highest_point_counts() -> None:
+    """With the centre of gravity on axis 1 the increments along 1 and 2 are opposite."""
+    body = Body((2, "0.5", "1.5"), (1, "1e-15", 0), "0.999999")
+    found = increments(body, exact(1), resolve("taylor", None))
+    apart = np.abs(np.sort(found.gained[:, 1]) - np.sort(-found.gained[:, 0])).max()
+    stated = [uncertainty(found, unit_of(body, 1.0), body.nu, least) for least in (1.0, 1e-6)]
+    assert stated[0] < apart < stated[1] < 100 * apart
 
 
 STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))
