@@ -1,6 +1,7 @@
 """The experiment `precession`: orders of the regimes, slopes, and results told apart."""
 
 import copy
+import itertools
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.surfaces.heteroclinic import Increments, increments
-from tests.experiments.trees import asked, computed, differences, unlike_stored
+from tests.experiments.pages import laid_out, styled
+from tests.experiments.trees import asked, computed, differences, shared_reference, unlike_stored
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
 HEAVY = "problem.mu=[0.6, 0.7]", "problem.drawn=0.6"
@@ -89,6 +91,31 @@ def test_weights_without_such_orbits_are_named_and_crossed_out_and_the_others_co
     increments, slopes = tables(loaded)
     assert [row[1].startswith("not found (") for row in increments.rows] == [True, False]
     assert slopes.note.endswith(" of 5 cases of body and mu; in 1 no orbits were found.")
+
+
+@pytest.mark.parametrize("count", [5, 26])
+def test_no_text_of_the_increments_lies_upon_another(count: int) -> None:
+    """With as many bodies as a config may have, and a weight that is written as a power."""
+    result = shared_reference("precession")
+    data = dict(result["data"])
+    named = {k: np.resize(x, (count, *x.shape[1:])) for k, x in data["bodies"].items()}
+    data |= {"bodies": named, "drawn": list(data["mu_over_h0"]).index(1e-3)}
+    axes = laid_out(styled({"attributes": result["attributes"], "data": data})).axes[0]
+    labels = [label.get_window_extent() for label in axes.get_xticklabels()]
+    assert not any(one.overlaps(other) for one, other in itertools.pairwise(labels))
+    legend: Any = axes.get_legend()
+    title = next(x for x in axes.get_children() if getattr(x, "get_text", str)().startswith("a)"))
+    assert not title.get_window_extent().overlaps(legend.get_window_extent())
+
+
+def test_numbers_of_separatrices_stand_beyond_the_marks_of_both_orbits() -> None:
+    data = copy.deepcopy(dict(shared_reference("precession")["data"]))
+    bodies, drawn = data["bodies"], int(data["drawn"])
+    # Far from the first order, as where the weight acts strongly.
+    bodies["gained"][0, drawn, :, 1] = np.array([0.2, 1.2]) * bodies["unit"][0, drawn]
+    axes: Any = draw({"data": data}).axes[0]
+    written = {text.get_text(): text.xy for text in axes.texts[:4]}
+    assert written["2"][1] == pytest.approx(1.2)
 
 
 def test_a_figure_of_weights_without_any_such_orbits_says_so() -> None:
