@@ -113,7 +113,8 @@ def test_numbers_of_separatrices_stand_beyond_the_marks_of_both_orbits() -> None
     bodies, drawn = data["bodies"], int(data["drawn"])
     # Far from the first order, as where the weight acts strongly.
     bodies["gained"][0, drawn, :, 1] = np.array([0.2, 1.2]) * bodies["unit"][0, drawn]
-    axes: Any = draw({"data": data}).axes[0]
+    loaded: Any = {"data": data}
+    axes: Any = draw(loaded).axes[0]
     written = {text.get_text(): text.xy for text in axes.texts[:4]}
     assert written["2"][1] == pytest.approx(1.2)
 

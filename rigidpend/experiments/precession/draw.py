@@ -74,10 +74,10 @@ def _draw_orders(axes: Axes, data: Data) -> None:
             x, y = row + 0.18 * (k - 1.5), first[row, k]
             axes.plot(x, y, marker=marker, **FIRST)
             axes.plot([x, x], gained[row, :, k], marker=marker, color=colour, **GAINED)
-            look: Any = {"ha": "center", "va": "center", "weight": "bold", "fontsize": 8}
+            side: Any = {"ha": "center", "va": "center", "weight": "bold", "fontsize": 8}
             ends = y, *gained[row, :, k]
             far, above = (np.nanmax(ends), 11) if y >= 0 else (np.nanmin(ends), -11)
-            plots.beside(axes, str(k + 1), (x, far), 0, above, color=colour, **look)
+            plots.beside(axes, str(k + 1), (x, far), 0, above, color=colour, **side)
         if row:
             axes.axvline(row - 0.5, color="0.85", lw=0.6)
     axes.axhline(0, color="0.4", lw=0.7, zorder=0)
@@ -93,7 +93,7 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     axes.tick_params(axis="x", length=0)
     axes.set_ylabel(r"$\Delta\theta_3$ / $(\mu\pi\varkappa/h_0\sin\alpha_0)$")
     ratio = rf"$\mu/h_0 = {plots.power(data['mu_over_h0'][drawn])}$"
-    plots.title(axes, "a", f"separatrices 1 to 4, {ratio}")
+    plots.title(axes, "a", f"increments along separatrices 1 to 4, {ratio}")
     handles = [
         plots.entry("(tri1), first order", marker="s", **FIRST),
         plots.entry("full dynamics, two orbits each", marker="s", color=plots.BLUE, **GAINED),
