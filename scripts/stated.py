@@ -112,7 +112,7 @@ def of_precession(random: Any, count: int) -> Shares:
             for number in (1, 2)
             for k, side in enumerate((1, -1))
         ]
-        yield max(off) / float(uncertainty(found, unit_of(one, 1.0), one.nu))
+        yield max(off) / float(uncertainty(found, unit_of(one, 1.0), one.nu, 1 - float(one.mu)))
 
 
 def _gained(one: Body, number: int, side: int) -> Any:

@@ -20,6 +20,7 @@ converts, unless their docstrings name the units.
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -187,6 +188,7 @@ def aligned_from_canonical(
     return Aligned(Qp, Qm, M3, *gamma)
 
 
+@functools.lru_cache(maxsize=32)
 def cos_sin_half(angle: Scalar) -> tuple[float, float]:
     """Cosine and sine of half an angle, correct to the last digit if the angle has 113 bits.
 

@@ -1,16 +1,21 @@
 """The experiment `precession`: orders of the regimes, slopes, and results told apart."""
 
 import copy
+import itertools
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.experiments.precession import SLOPE
-from rigidpend.experiments.precession.compute import in_order, uncertainty
+from rigidpend.experiments.precession.compute import in_order, uncertainty, unit_of
 from rigidpend.experiments.precession.draw import draw, tables
-from rigidpend.surfaces.heteroclinic import Increments
-from tests.experiments.trees import asked, computed, differences, unlike_stored
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.surfaces.heteroclinic import Increments, increments
+from tests.experiments.pages import laid_out, styled
+from tests.experiments.trees import asked, computed, differences, shared_reference, unlike_stored
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
 HEAVY = "problem.mu=[0.6, 0.7]", "problem.drawn=0.6"
@@ -88,6 +93,32 @@ def test_weights_without_such_orbits_are_named_and_crossed_out_and_the_others_co
     assert slopes.note.endswith(" of 5 cases of body and mu; in 1 no orbits were found.")
 
 
+@pytest.mark.parametrize("count", [5, 26])
+def test_no_text_of_the_increments_lies_upon_another(count: int) -> None:
+    """With as many bodies as a config may have, and a weight that is written as a power."""
+    result = shared_reference("precession")
+    data = dict(result["data"])
+    named = {k: np.resize(x, (count, *x.shape[1:])) for k, x in data["bodies"].items()}
+    data |= {"bodies": named, "drawn": list(data["mu_over_h0"]).index(1e-3)}
+    axes = laid_out(styled({"attributes": result["attributes"], "data": data})).axes[0]
+    labels = [label.get_window_extent() for label in axes.get_xticklabels()]
+    assert not any(one.overlaps(other) for one, other in itertools.pairwise(labels))
+    legend: Any = axes.get_legend()
+    title = next(x for x in axes.get_children() if getattr(x, "get_text", str)().startswith("a)"))
+    assert not title.get_window_extent().overlaps(legend.get_window_extent())
+
+
+def test_numbers_of_separatrices_stand_beyond_the_marks_of_both_orbits() -> None:
+    data = copy.deepcopy(dict(shared_reference("precession")["data"]))
+    bodies, drawn = data["bodies"], int(data["drawn"])
+    # Far from the first order, as where the weight acts strongly.
+    bodies["gained"][0, drawn, :, 1] = np.array([0.2, 1.2]) * bodies["unit"][0, drawn]
+    loaded: Any = {"data": data}
+    axes: Any = draw(loaded).axes[0]
+    written = {text.get_text(): text.xy for text in axes.texts[:4]}
+    assert written["2"][1] == pytest.approx(1.2)
+
+
 def test_a_figure_of_weights_without_any_such_orbits_says_so() -> None:
     body = "problem.bodies={x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}}"
     loaded: Any = {"data": computed(asked("precession", body, *HEAVY))}
@@ -99,12 +130,22 @@ def test_a_figure_of_weights_without_any_such_orbits_says_so() -> None:
 
 def test_the_largest_error_of_the_quadrature_counts() -> None:
     found = Increments(np.zeros((2, 4)), np.arange(8.0).reshape(2, 4))
-    assert 7 < uncertainty(found, 1.0, 1.0) < 7 + 1e-9
+    assert 7 < uncertainty(found, 1.0, 1.0, 1.0) < 7 + 1e-9
 
 
 def test_rounding_of_ever_more_steps_counts() -> None:
     found = Increments(np.zeros((2, 4)), np.zeros((2, 4)))
-    assert [uncertainty(found, 2.0, nu) for nu in (4.0, 1500.0)] == pytest.approx([2e-13, 2e-12])
+    stated = [uncertainty(found, 2.0, nu, 1.0) for nu in (4.0, 1500.0)]
+    assert stated == pytest.approx([2e-13, 2e-12])
+
+
+def test_rounding_of_a_body_that_almost_rests_at_its_highest_point_counts() -> None:
+    """With the centre of gravity on axis 1 the increments along 1 and 2 are opposite."""
+    body = Body((2, "0.5", "1.5"), (1, "1e-15", 0), "0.999999")
+    found = increments(body, exact(1), resolve("taylor", None))
+    apart = np.abs(np.sort(found.gained[:, 1]) - np.sort(-found.gained[:, 0])).max()
+    stated = [uncertainty(found, unit_of(body, 1.0), body.nu, least) for least in (1.0, 1e-6)]
+    assert stated[0] < apart < stated[1] < 100 * apart
 
 
 STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))

@@ -90,7 +90,9 @@ CAPTION = (
     " homoclinic one, which returns to the periodic orbit that it came from, or a heteroclinic"
     " one, which goes to the other. Row i + 1 of the plane has the orbits with i symbols,"
     " without those of which a passage takes too many rotations. The hodographs of the sampled"
-    " orbits begin and end at the origin, where omega is horizontal along eta."
+    " orbits begin and end at the origin, where omega is horizontal along eta. The codes are those"
+    " of starts beside the unstable surface with one J2_0, the orbits lie on it with one energy:"
+    " where the weight acts strongly on a body, lines and changes are seen apart."
 )
 ROWS = 24
 """Number of orbits with a row of the table: the first in the order of symbols and phases."""

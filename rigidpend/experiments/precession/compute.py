@@ -13,7 +13,7 @@ from rigidpend.config.description import Row
 from rigidpend.experiments import shared
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.precession import CALM, SLOPE, UNCERTAINTY
+from rigidpend.experiments.precession import CALM, SLOPE, UNCERTAINTY, UPRIGHT
 from rigidpend.experiments.precession.schema import Config
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.in_space import increments, regime
@@ -53,7 +53,10 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     first = np.array([increments(body.angles(113), h0) for body in bodies])
     gained = np.array([x.gained for x in found])
     unit = np.array([unit_of(body, h0) for body in bodies])
-    error = np.array([uncertainty(*x, bodies[0].nu) for x in zip(found, unit, strict=True)])
+    least = [float((problem.h0 - mu) / problem.h0) for mu in problem.mu]
+    error = np.array(
+        [uncertainty(x, y, bodies[0].nu, z) for x, y, z in zip(found, unit, least, strict=True)]
+    )
     mean, ratio, order = gained.mean(axis=1), shared.mu_over_h0(problem), regime(bodies[0])
     rests = {
         "remainder": np.abs(gained - first[:, None]).max(axis=1),
@@ -90,9 +93,13 @@ def _increments(name: str, body: Body, h0: Exact, means: Means) -> heteroclinic.
         return heteroclinic.Increments(*np.full((2, 2, 4), np.nan))
 
 
-def uncertainty(found: heteroclinic.Increments, unit: float, nu: float) -> float:
-    """Error of a body's increments: their own estimate, and rounding of the integration on top."""
-    return float(found.error.max()) + UNCERTAINTY * unit * max(1.0, nu / CALM)
+def uncertainty(found: heteroclinic.Increments, unit: float, nu: float, least: float) -> float:
+    """Error of a body's increments: their own estimate, and rounding of the integration on top.
+
+    `least` is the smallest energy above the highest point over the whole, (h0 - mu)/h0.
+    """
+    rounding = max(UNCERTAINTY * max(1.0, nu / CALM), UPRIGHT / least)
+    return float(found.error.max()) + rounding * unit
 
 
 def unit_of(body: Body, h0: float) -> float:

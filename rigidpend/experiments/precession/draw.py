@@ -74,8 +74,10 @@ def _draw_orders(axes: Axes, data: Data) -> None:
             x, y = row + 0.18 * (k - 1.5), first[row, k]
             axes.plot(x, y, marker=marker, **FIRST)
             axes.plot([x, x], gained[row, :, k], marker=marker, color=colour, **GAINED)
-            look: Any = {"ha": "center", "va": "center", "weight": "bold", "fontsize": 8}
-            plots.beside(axes, str(k + 1), (x, y), 0, 11 if y >= 0 else -11, color=colour, **look)
+            side: Any = {"ha": "center", "va": "center", "weight": "bold", "fontsize": 8}
+            ends = y, *gained[row, :, k]
+            far, above = (np.nanmax(ends), 11) if y >= 0 else (np.nanmin(ends), -11)
+            plots.beside(axes, str(k + 1), (x, far), 0, above, color=colour, **side)
         if row:
             axes.axvline(row - 0.5, color="0.85", lw=0.6)
     axes.axhline(0, color="0.4", lw=0.7, zorder=0)
@@ -83,7 +85,11 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     # In these units increments are within +-1; the rest is room for the numbers.
     axes.set_ylim(-1.45, 1.45)
     names = [_about(bodies, row) for row in range(len(unit))]
-    axes.set_xticks(range(len(unit)), names, linespacing=1.5)
+    look: Any = {"linespacing": 1.5}
+    # More texts than these are wider than their columns: the names alone stand upright.
+    if len(names) > len(BODIES) - 1:
+        names, look = list(bodies["name"]), {"rotation": 90}
+    axes.set_xticks(range(len(unit)), names, **look)
     axes.tick_params(axis="x", length=0)
     axes.set_ylabel(r"$\Delta\theta_3$ / $(\mu\pi\varkappa/h_0\sin\alpha_0)$")
     ratio = rf"$\mu/h_0 = {plots.power(data['mu_over_h0'][drawn])}$"
