@@ -122,7 +122,7 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
 
 
 class _Linear(NamedTuple):
-    """What the linear system needs of a body, doubles, each correct to its last digit."""
+    """Numbers of a body for the linear system, doubles, each correct to its last digit."""
 
     c: AlignedCoefficients
     half_alpha: tuple[float, float]
