@@ -102,7 +102,7 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
     # The reversal that exchanges the families also exchanges leaving and approaching.
     leaving = pendulum.side_of(family) * epsilon == 1
-    linear = _Linear(rounded_coefficients(p), *map(cos_sin_half, (p.alpha0, p.beta0)))
+    linear = _Rounded(rounded_coefficients(p), *map(cos_sin_half, (p.alpha0, p.beta0)))
     p = Angles(*map(float, p))
     n, coarse = FEWEST_STEPS, None
     while n <= MOST_STEPS:
@@ -121,7 +121,7 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     )
 
 
-class _Linear(NamedTuple):
+class _Rounded(NamedTuple):
     """Numbers of a body for the linear system, doubles, each correct to its last digit."""
 
     c: AlignedCoefficients
@@ -131,7 +131,7 @@ class _Linear(NamedTuple):
 
 
 @functools.lru_cache(maxsize=16)
-def _steps(p: Angles, linear: _Linear, h0: float, family: int, n: int) -> tuple[Array, Array]:
+def _steps(p: Angles, linear: _Rounded, h0: float, family: int, n: int) -> tuple[Array, Array]:
     """Compute tau at the start of n equal steps of time, and the steps' matrices (n, 2, 2).
 
     The matrices act on (Qp, Qm), which are uncoupled without weight. In other components the small
@@ -154,7 +154,7 @@ def _steps(p: Angles, linear: _Linear, h0: float, family: int, n: int) -> tuple[
 
 
 def _linearised(
-    turn: NDArray[Any], p: Angles, linear: _Linear, h0: float, family: int
+    turn: NDArray[Any], p: Angles, linear: _Rounded, h0: float, family: int
 ) -> NDArray[Any]:
     """Matrix of the linear system of Qp and Qm, (2, 2, ...), at times `turn` in periods.
 
@@ -195,7 +195,7 @@ def _gauss() -> tuple[Array, Array, Array]:
 
 
 def _direction(
-    steps: Array, leaving: bool, p: Angles, linear: _Linear, epsilon: int
+    steps: Array, leaving: bool, p: Angles, linear: _Rounded, epsilon: int
 ) -> tuple[Array, float]:
     """Find theta1 at the ends of the steps, (n + 1,), and the logarithm of M's growth in a period.
 
