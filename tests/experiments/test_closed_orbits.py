@@ -38,7 +38,7 @@ def test_the_error_of_a_time_is_admitted_by_the_length_of_the_period(
 ) -> None:
     """A thin body turns for thousands of t', in which doubles lose as many units of 1e-12."""
     long = {**data, "orbits": data["orbits"] | {"period": 100 * data["orbits"]["period"]}}
-    told = long["orbits"] | {"alone": share * 1e-11 * long["orbits"]["period"]}
+    told = long["orbits"] | {"alone": share * 6e-12 * long["orbits"]["period"]}
     found = differences("closed_orbits", long, {**long, "orbits": told})
     assert [each.place for each in found] == ["orbits/alone[0]"] * (share > 1)
 

@@ -123,7 +123,7 @@ ALLOWED: list[tuple[str, str, Any, float]] = [
 """By how much a value of a reference may change, and no more."""
 STATED: list[tuple[str, str, Any, float]] = [
     ("closed_orbits", "orbits/residual", 3, 1e-10),
-    ("closed_orbits", "orbits/alone", 3, 1e-9),
+    ("closed_orbits", "orbits/alone", 3, 6e-12 * 37.947121353480),
     ("closed_orbits", "orbits/closing", 3, 1e-15),
     ("asymptotic_orbits", "orbits/2/moved", 5, 1e-12),
     ("splitting", "bodies/error", (0, 0), 4e-15),

@@ -41,7 +41,7 @@ ORBITS = {
     "alone": _double(
         "t'",
         "largest error of a passage's time, each integrated alone in doubles",
-        within=stated(relative(1e-11, to="period")),
+        within=stated(relative(6e-12, to="period")),
     ),
     "closing": _gap("gap in d and chi after one period in 113 bits; NaN if not verified"),
     "closing_expected": _gap("what roundings leave of that gap, grown for a period"),
