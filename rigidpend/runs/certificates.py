@@ -147,13 +147,14 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         config = loading.load(file)
         computation: Any = experiments.computation(config.content.experiment)
         if not hasattr(computation, "theorems"):
-            told = "neither a certificate, which rigidpend certify writes, nor"
-            raise files.StoreError(f"{file}: {told} a result with a proof")
+            lacking = "neither a certificate, which rigidpend certify writes, nor"
+            raise files.StoreError(f"{file}: {lacking} a result with a proof")
         data = store.load(file)["data"]
         try:
             content: Any = config.content
-            first, *others = computation.theorems(content, data)
-            return [Theorem(f"of {content.problem.words}: {first}"), *map(Theorem, others)]
+            if not (told := computation.theorems(content, data)):
+                raise ValueError("its proof has no theorem")
+            return [Theorem(f"of {content.problem.words}: {told[0]}"), *map(Theorem, told[1:])]
         # The file may be anybody's: its arrays need not describe sets or steps.
         except (ArithmeticError, ValueError) as doubt:
             raise files.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None

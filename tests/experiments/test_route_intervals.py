@@ -12,12 +12,15 @@ import pytest
 
 from rigidpend.experiments.route_intervals import compute, draw
 from rigidpend.experiments.route_intervals.compute import contradictions
+from rigidpend.machine.files import StoreError
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
+from rigidpend.runs import certificates
+from tests.cli.calls import REFERENCE
 from tests.experiments.trees import asked, computed, differences, reference, shared_reference
 
 # The quarters of the line: two symbols are proven on the first, one on the third.
@@ -149,6 +152,12 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
         symbols.side_effect = [found]
         with nullcontext() if well else pytest.raises(ArithmeticError, match="differ, or fewer"):
             compute.theorems(stored.config, stored.data)
+
+
+def test_a_result_in_which_nothing_is_proven_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compute, "theorems", lambda *_: [])
+    with pytest.raises(StoreError, match="nothing is proven: its proof has no theorem"):
+        certificates.check(REFERENCE / "fig4_intervals.h5", jobs=1, report=print)
 
 
 @pytest.mark.parametrize(
