@@ -184,7 +184,7 @@ def _steps(problem: RouteProblem) -> tuple[float, int]:
 
 
 def projected(orbits: Array, alpha0: Scalar, beta0: float) -> tuple[Array, Array]:
-    """Map aligned states (6, n, ...) to J1/J2 and theta1, which begins near alpha0 + beta0."""
+    """Map aligned states (6, n, ...) to theta1, which begins near alpha0 + beta0, and J1/J2."""
     c = canonical_from_aligned(Aligned(*orbits), alpha0, beta0)
     # theta1 is known modulo 4 pi: it begins on the sheet of which the separatrix is the middle, and
     # a curve that leaves it, in a window that is wider, goes on without a jump.
