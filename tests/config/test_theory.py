@@ -114,3 +114,15 @@ def test_what_is_not_hyperbolic_or_not_resolved_is_said_to_be_so() -> None:
     assert "not hyperbolic" in found[0].meaning
     with pytest.raises(ParameterError, match="h0 > mu is broken"):
         theory_rows(FIG4, "0.001")
+
+
+def test_a_thin_body_has_its_multiplier_and_increments_to_the_last_digits() -> None:
+    """Its alpha0 is so near pi that a double has lost half of the digits of their sines."""
+    thin = Body((1, "1e-8", "0.99999999"), (0, 1, 0), "1e-20")
+    found = numbers(thin, 1)
+    leaving, _ = found["multipliers"]
+    assert leaving == pytest.approx(found["multiplier, mu = 0"], rel=1e-12)
+    p = thin.angles(200)
+    unit = p.mu * p.nu
+    true = [float(unit * mpmath.sin((p.beta0 + side * p.alpha0) / 2)) for side in (-1, 1)]
+    assert found["Delta theta3"][:2] == pytest.approx(true, rel=1e-14)

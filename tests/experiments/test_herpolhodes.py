@@ -1,5 +1,6 @@
 """The experiment `herpolhodes`: its routes, and those that are no result."""
 
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.routes.codes import codes_of
+from rigidpend.routes.herpolhode import follow
 from tests.experiments.trees import asked, computed
 
 
@@ -82,3 +84,19 @@ def test_plateaus_are_those_of_theta3_wherever_on_separatrix_2_the_orbit_starts(
         halfway = np.searchsorted(case["t"], (crossing[1:] + crossing[:-1]) / 2)
         gap = np.abs(case["theta3"][halfway] - case["plateaus"][1:-1]).max()
         assert gap < 0.01 * np.abs(np.diff(case["plateaus"])).max()
+
+
+@pytest.mark.parametrize("share", [0.00099, 0.00101])
+def test_an_orbit_is_on_its_route_to_a_thousandth_of_the_shortest_passage(
+    content: Any, monkeypatch: pytest.MonkeyPatch, share: float
+) -> None:
+
+    def late(problem: Any, theta2_0: float, times: Any, **how: Any) -> Any:
+        made = follow(problem, theta2_0, times, **how)
+        made.crossing_error[-1] = -share * np.diff(times).min()
+        return made
+
+    monkeypatch.setattr(herpolhodes, "follow", late)
+    leaves = pytest.raises(ArithmeticError, match="leaves the route; take fewer symbols")
+    with nullcontext() if share < 1e-3 else leaves:
+        computed(content)

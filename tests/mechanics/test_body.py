@@ -218,3 +218,12 @@ def test_the_advice_to_relabel_axes_leads_to_the_same_body(A: tuple[float, ...])
     before = sum(a * x * x for a, x in zip(A, r.values(), strict=True)) / square
     after = sum(float(a) * float(x) ** 2 for a, x in zip(body.A, body.r, strict=True))
     assert after == pytest.approx(before, rel=1e-14)
+
+
+@pytest.mark.parametrize("size", ["1e150", "2e-150"])
+def test_moments_up_to_the_squares_of_doubles_are_taken(size: str) -> None:
+    A = [Fraction(size) * share for share in (Fraction(1), Fraction(1, 2), Fraction(3, 4))]
+    assert Body(A, (1, 1, 0), 0).kappa == Body((4, 2, 3), (1, 1, 0), 0).kappa
+    beyond = [x * (Fraction(101, 100) if A[0] > 1 else Fraction(99, 100)) for x in A]
+    with pytest.raises(ParameterError, match=r"is outside of 1e-150 to 1e\+150"):
+        Body(beyond, (1, 1, 0), 0)
