@@ -4,6 +4,7 @@ import copy
 import itertools
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -198,3 +199,15 @@ def test_a_slope_that_is_not_fitted_is_told_in_words(ran: tuple[Any, list[str]])
         [False] * 4,
     ]
     assert "nan" not in " ".join(told)
+
+
+def test_the_first_order_of_a_thin_body_keeps_its_digits() -> None:
+    """Its alpha0 is so near pi that a double loses half of the digits of the difference."""
+    body = "problem.bodies={thin: {A: [1, 3e-8, 0.99999998], r: [0, 1, 0]}}"
+    given = asked("precession", body, "problem.mu=[1e-11, 1e-10]", "problem.drawn=1e-10")
+    p = Body((1, "3e-8", "0.99999998"), (0, 1, 0), "1e-10").angles(200)
+    true = float(p.mu * p.nu * mpmath.sin((p.beta0 - p.alpha0) / 2) / given.problem.h0.at(200))
+    found = computed(given)["bodies"]["first_order"]
+    assert found.ravel()[np.abs(found.ravel() - true).argmin()] == pytest.approx(
+        true, rel=1e-14, abs=0
+    )
