@@ -238,7 +238,7 @@ def test_agrees_operators_with_a_number_on_either_side() -> None:
     found = [-x, 1 + x, 2 * x, 1 / x, 3 - x, x + 1, x * 2, x / 2, x - 3, x**2]
     expected = [-third, 1 + third, 2 * third, 1 / third, 3 - third]
     expected += [third + 1, third * 2, third / 2, third - 3, third**2]
-    assert [float(y) for y in found] == pytest.approx(expected, rel=1e-15)
+    assert [float(y) for y in found] == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 def test_agrees_equality_with_value_and_writing() -> None:
