@@ -109,7 +109,7 @@ def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) 
     around.crossings(448, certainty.SECOND_SCALES, [around.centre])
     assert orbit.return_value.followed.call_args.args == (around.problem.n_symbols + 1,)
     asked, unit = orbit.call_args.kwargs, certainty.SECOND_SCALES.time_unit
-    assert asked["longest"] * unit == pytest.approx(around.longest, rel=1e-14)
+    assert asked["longest"] * unit == pytest.approx(around.longest, rel=1e-14, abs=0)
     assert asked["tolerance"] == tolerance_of(
         around.arithmetic, asked["bits"], certainty.SECOND_SCALES
     )
@@ -134,7 +134,7 @@ def test_the_computations_of_a_precision_share_no_difference(
     )
     assert len(set(tolerances)) == 2
     units = [x.time_unit for x in (certainty.FIRST_SCALES, certainty.SECOND_SCALES)]
-    assert np.multiply(limits, units) == pytest.approx(around.longest, rel=1e-14)
+    assert np.multiply(limits, units) == pytest.approx(around.longest, rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize("most", [64, 600])

@@ -33,8 +33,10 @@ def test_agrees_lambda_at_0_with_the_floquet_exponent(body: Body) -> None:
     assume(body.mu.fraction and body.alpha0 < 3)
     orbit = floquet.periodic_orbit(body.angles(), AT.centre, 2, 1)
     nf = normal_form(coefficients_of(body), AT, 7, 35, 0.1, DOUBLES)
-    assert math.tau * nf.exponent[0, 0] == pytest.approx(abs(orbit.exponent_per_period), rel=1e-12)
-    assert math.tau * nf.rotation[0, 0] == pytest.approx(orbit.period, rel=1e-13)
+    assert math.tau * nf.exponent[0, 0] == pytest.approx(
+        abs(orbit.exponent_per_period), rel=1e-12, abs=0
+    )
+    assert math.tau * nf.rotation[0, 0] == pytest.approx(orbit.period, rel=1e-13, abs=0)
     assert nf.disagreement < 1e-13, "the two determinations of Lambda"
 
 

@@ -131,7 +131,7 @@ def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface(
         theta2, *(np.concatenate([getattr(x, name) for x in points]) for name in ("d", "chi"))
     )
     line, first, second = chains.links(setting, J1, orbit)
-    assert sum(line.theta2) / 2 == pytest.approx(theta2, rel=1e-15)
+    assert sum(line.theta2) / 2 == pytest.approx(theta2, rel=1e-15, abs=0)
     away = 1 / abs(float(setting.level.exponent[0, 0]) * passed[0].slopes[1, 0, 0])
     sets = [link.start for link in (first, second) if isinstance(link.start, Quad)]
     assert float(sets[0].a) / away == pytest.approx(1 / 2000)

@@ -118,7 +118,7 @@ def test_a_multiplier_beyond_doubles_is_refused_and_not_infinite() -> None:
     # The square of the last one's trace is beyond them. Each turn adds as much to the exponent.
     long = [closed(level(), (0,), n) for n in (200, 250, 300)]
     one, two, three = (orbit.exponent for orbit in long)
-    assert three - two == pytest.approx(two - one, rel=1e-12)
+    assert three - two == pytest.approx(two - one, rel=1e-12, abs=0)
     assert 1e-12 < long[2].exponent_error < 1e-9
     with pytest.raises(OverflowError, match="6 passages deviations grow by more than doubles hold"):
         closed_orbit(BODY, "001", h=H, half_turns=200)
@@ -188,7 +188,7 @@ def test_the_action_is_the_integral_in_canonical_variables(word: tuple[int, ...]
     whole = np.vstack((begin, 0 * begin[:1]))
     grown = states_at(rates, whole, chain.time[None], engine="scipy")[4, 0]
     [found] = actions([chain])
-    assert found == pytest.approx(grown.sum(), rel=1e-12)
+    assert found == pytest.approx(grown.sum(), rel=1e-12, abs=0)
 
 
 LITTLE = Body(A=("1.9", "0.957", 1), r=(11, 1, 0), mu="6e-5")
@@ -331,7 +331,7 @@ def test_orbits_have_their_codes(found: Stretched) -> None:
         routes = route_codes(BODY, [phases[k]], h0=H, J1_0=actions[k], n_symbols=PASSAGES)
         np.testing.assert_array_equal(routes.codes[:, 0], found.symbols[:, k])
         taken = routes.crossing_time[-1, 0] - routes.crossing_time[0, 0]
-        assert found.time[k] == pytest.approx(taken, rel=1e-10)
+        assert found.time[k] == pytest.approx(taken, rel=1e-10, abs=0)
 
 
 def test_growths_are_the_largest_singular_values() -> None:
