@@ -14,13 +14,14 @@ from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Compute, Decided
 from rigidpend.routes.ladder import Columns, rungs
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.run import Run, abreast
+from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 
 if TYPE_CHECKING:
@@ -62,8 +63,9 @@ def expected_seconds(
         budget = costs.budget(problem, orbits, precisions)
         tables = expected_tables(problem, orbits, budget, precisions)
         if tables < math.inf:
+            # Integrated once, where orbits that integration decides are integrated twice.
             samples = sum(
-                min(orbits, size) * costs.integration(problem, precisions[:most])
+                min(orbits, size) * costs.integration(problem, precisions[:most]) / 2
                 for size, most in ((SAMPLE, 1), (LEAST_SAMPLE, 2))
             )
             return tables + samples + orbits * costs.by_maps(problem, precisions)
@@ -209,7 +211,7 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         few, size = spread(n, LEAST_SAMPLE), -(-SAMPLE * n // run.orbits)
         rest = np.setdiff1d(spread(n, 0 if maps.only_kept else size), few)
         for sample, within in ((few, precisions[:2]), (rest, precisions[:1])):
-            wrong, telling = contradicted(known, abreast(run), rate, within, sample)
+            wrong, telling = contradicted(known, run.crossings, rate, within, sample)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
             if not (telling and rest.size):
@@ -277,18 +279,29 @@ def contradicted(
 ) -> tuple[NDArray[np.intp], bool]:
     """The columns of a sample that contradict it: integration finds another certain symbol.
 
-    They are integrated in the given precisions; a symbol counts where both ways call it certain.
-    Then comes True if the first precision alone establishes the first symbol of half of them.
+    They are integrated once, in the least of the given precisions that confirms the first symbol of
+    half of them; where that finds other symbols than are certain, all precisions decide whether it
+    is right. Then comes True if the least precision of all was enough.
     """
 
-    def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
-        return integrated(bits, scales, sample[columns])
+    def differing(found: Crossings, columns: NDArray[np.intp]) -> NDArray[np.bool_]:
+        differ = symbols(found.separatrix) != symbols(known.crossings.separatrix[:, columns])
+        return known.certain[:, columns] & differ
 
-    least, *further = rungs(precisions)
-    again = certainty.decide(compute, sample.size, rate, [least])
-    telling = bool(2 * np.count_nonzero(again.certain[0]) >= sample.size)
-    certainty.climb(compute, again, rate, further)
-    # `known` has rows of all columns, `again` of the sample alone.
-    both = again.certain & known.certain[:, sample]
-    differ = symbols(again.crossings.separatrix) != symbols(known.crossings.separatrix[:, sample])
-    return sample[(both & differ).any(axis=0)], telling
+    for bits in precisions:
+        once = integrated(bits, certainty.FIRST_SCALES, sample)
+        close = certainty.agreement(
+            columns_of(known.crossings, sample), once, rate, certainty.LIMIT_OF_TWO
+        )
+        if telling := bool(2 * np.count_nonzero(close[0]) >= sample.size):
+            break
+    doubted, enough = sample[differing(once, sample).any(axis=0)], telling and bits == precisions[0]
+    if not doubted.size:
+        return doubted, enough
+
+    def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
+        return integrated(bits, scales, doubted[columns])
+
+    again = certainty.decide(compute, doubted.size, rate, rungs(precisions))
+    wrong = (again.certain & differing(again.crossings, doubted)).any(axis=0)
+    return doubted[wrong], enough

@@ -371,14 +371,6 @@ def test_a_sample_of_few_is_in_more_bits_and_the_rest_in_doubles(samples: list[A
         assert samples == expected
 
 
-@pytest.mark.usefixtures("eager")
-def test_the_computations_of_a_sample_are_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(choice, "abreast", lambda run: ("at once", len(run.phases)))
-    monkeypatch.setattr(choice, "contradicted", compared := Mock(return_value=(np.array([]), True)))
-    codes.codes_of(PROBLEM, PHASES, resolve(), 2, "map")
-    assert [given.args[1] for given in compared.call_args_list] == 2 * [("at once", len(PHASES))]
-
-
 def whole(_: int, __: Scales, columns: Any) -> Crossings:
     """Crossings of orbits that are all alike."""
     n = len(columns)
@@ -434,6 +426,24 @@ def test_doubles_that_establish_few_first_symbols_tell_little(
         wrong, told = choice.contradicted(known, compute, 1.0, precisions, sample)
         assert wrong.tolist() == list(range(first, 8))
         assert told == telling
+
+
+def test_a_sample_is_integrated_once_and_again_only_where_that_differs() -> None:
+    """A symbol that is not certain may differ."""
+    made: list[tuple[int, int]] = []
+
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        made.append((bits, len(columns)))
+        return whole(bits, scales, columns)
+
+    seen, every = whole(53, Scales(), range(8)), np.full((2, 8), True)
+    seen.separatrix[2, :3] = 1
+    every[1, 0] = False
+    known = certainty.Decided(seen, every, np.full(8, 53, dtype=np.uint16), np.ones(8, dtype=bool))
+    found, _ = choice.contradicted(known, compute, 1.0, (53, 106), np.arange(3, 8))
+    assert (found.tolist(), made) == ([], [(53, 5)])
+    found, _ = choice.contradicted(known, compute, 1.0, (53, 106), np.arange(8))
+    assert (found.tolist(), made[1:]) == ([1, 2], [(53, 8), (53, 2), (53, 2)])
 
 
 @pytest.mark.usefixtures("eager")

@@ -178,6 +178,11 @@ def _in_both(key: Any) -> Any:
 
 def _joined(name: str, a: Any, b: Any = 0.0) -> SumArray:
     """An operation on one or two arrays, element by element; one of `OPERATIONS`."""
+    if type(a) is type(b) and a.parts.shape == b.parts.shape and a.ndim:
+        # So are most, and short: to look for parts that lack takes longer than the operation.
+        out = np.empty(a.parts.shape)
+        elementwise(name, DOUBLE * len(out))(*a.parts, *b.parts, *out)
+        return SumArray(out)
     count = _count(a, b)
     left, right = _parts(a, count), _parts(b, count)
     out = np.empty((count, *np.broadcast(left[0], right[0]).shape))

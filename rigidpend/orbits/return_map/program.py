@@ -196,12 +196,14 @@ def legs(
     nf: NormalForm, charts: Charts, starts: Entry, threshold: float, a: Precision
 ) -> tuple[Leg, Leg, Leg]:
     """The legs from the starts, from upward and from downward crossings, in this order."""
+    # All legs share it: 1/Lambda(I) at the nodes of the energy.
+    reciprocal = reciprocal_of(nf.energies.basis(nf.energies.nodes(a), a) @ nf.exponent)
 
     # `time` is the sign of the function of time in the leg's first table.
     def leg(into: Any, rising: bool, time: int, size: float, largest: float) -> Leg:
         # The leg from a downward crossing is run backward and mirrored.
         reach, side = charts[not rising].inverse.width, 1 if rising else -1
-        scale, turns, rates = _rates(nf, size, reach, threshold, a)
+        scale, turns, rates = _rates(nf, reciprocal, size, reach, threshold, a)
         into = into * np.stack((1 / scale, scale / reach, time))
         return Leg(into, rising, side * rates, largest / scale, side * turns)
 
@@ -251,16 +253,15 @@ def negligible(sizes: Any, threshold: float) -> Any:
 
 
 def _rates(
-    nf: NormalForm, size: float, reach: Any, threshold: float, a: Precision
+    nf: NormalForm, reciprocal: Any, size: float, reach: Any, threshold: float, a: Precision
 ) -> tuple[float, float, Any]:
     """The scale, turns and rates of a leg with |W| of the order of `size` and |I| <= reach.
 
     They are the number by which W is divided, the number of whole turns of the depth, and the
-    coefficients (energies, K, 3) of powers of I/reach.
+    coefficients (energies, K, 3) of powers of I/reach. `reciprocal` is 1/Lambda(I), (nodes, K).
     """
     # A power of two, by which W is divided without a rounding.
     scale = 2.0 ** round(math.log2(size))
-    reciprocal = reciprocal_of(nf.energies.basis(nf.energies.nodes(a), a) @ nf.exponent)
     # The rest of the depth, ln(scale)/Lambda(I), tens of radians: whole turns are taken away from
     # its constant in the tables' precision, before it is rounded to the program's.
     deep = a.log(a.number(scale)) * reciprocal
