@@ -154,9 +154,9 @@ def test_orbits_are_expected_to_take_the_cheaper_way(
 ) -> None:
     integrated = orbits * costs.integration(problem())
     by_maps = orbits * costs.by_maps(problem())
-    # And of the samples that are integrated, in doubles and in further bits.
-    by_maps += choice.SAMPLE * costs.integration(problem(), (53,))
-    by_maps += choice.LEAST_SAMPLE * costs.integration(problem(), PRECISIONS[:2])
+    # And of the samples that are integrated once, in doubles and in further bits.
+    by_maps += choice.SAMPLE * costs.integration(problem(), (53,)) / 2
+    by_maps += choice.LEAST_SAMPLE * costs.integration(problem(), PRECISIONS[:2]) / 2
     most = costs.budget(problem(), orbits)
     # Of maps of 53, 64, 72 and 75 bits; what those take that are made: the sharpest that pay.
     for shares, tables in (
