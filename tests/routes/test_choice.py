@@ -428,6 +428,19 @@ def test_doubles_that_establish_few_first_symbols_tell_little(
         assert told == telling
 
 
+@pytest.mark.parametrize(("share", "telling"), [(0.99, True), (1.01, False)])
+def test_first_symbols_are_told_up_to_the_limit_of_two_computations(
+    share: float, telling: bool
+) -> None:
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        found = whole(bits, scales, columns)
+        return found._replace(time=found.time + share * certainty.LIMIT_OF_TWO / 3)
+
+    every = np.full((2, 4), True), np.full(4, 53, dtype=np.uint16), np.ones(4, dtype=bool)
+    known = certainty.Decided(whole(53, Scales(), range(4)), *every)
+    assert choice.contradicted(known, compute, 3.0, (53,), np.arange(4))[1] == telling
+
+
 def test_a_sample_is_integrated_once_and_again_only_where_that_differs() -> None:
     """A symbol that is not certain may differ."""
     made: list[tuple[int, int]] = []

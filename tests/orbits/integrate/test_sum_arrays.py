@@ -39,7 +39,7 @@ def in_mpmath(x: SumArray) -> list[Any]:
 def test_sums_products_and_quotients_are_those_of_fractions(
     shape: tuple[int, ...], parts: tuple[int, int]
 ) -> None:
-    """Fewer numbers than lanes, as many, and a last vector that overlaps the one before.
+    """Single numbers, fewer than lanes, as many, and a last vector that overlaps the one before.
 
     Pairs count beside triples as triples.
     """
@@ -52,13 +52,14 @@ def test_sums_products_and_quotients_are_those_of_fractions(
         (a - b[..., :1], both, x - y[..., :1], abs(x) + abs(y[..., :1])),
         (a * b, both, x * y, abs(x * y)),
         (a * b[..., ::-1], both, x * y[..., ::-1], abs(x * y[..., ::-1])),
+        (a[..., 0] * b[..., 0], both, x[..., 0] * y[..., 0], abs(x * y)[..., 0]),
         (a / b, both, x / y, abs(x / y)),
         (2 * a, left, 2 * x, abs(x)),
         (a - b.parts[0], left, x - double, abs(x) + abs(y)),
         (1.5 / b, right, Fraction(3, 2) / y, abs(1 / y)),
     ):
         assert len(found.parts) == count
-        assert (abs(exactly(found) - expected) <= ROUNDING[count] * scale).all()
+        assert np.all(abs(exactly(found) - expected) <= ROUNDING[count] * scale)
 
 
 @pytest.mark.parametrize("count", [1, 3, LANES, LANES + 1])
