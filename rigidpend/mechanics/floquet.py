@@ -33,7 +33,7 @@ STAGES = 10
 FEWEST_STEPS, MOST_STEPS = 32, 1 << 9
 """Number of steps of a period, at first and at most."""
 SETTLED = 1e-11
-"""Change of theta1, radians, and share of the growth, under halved steps that counts as settled.
+"""Change of theta1 under halved steps, radians, below which the finer steps are taken.
 
 Of the change 2^-(2 `STAGES`) is left as their error, which is below round-off."""
 
@@ -105,19 +105,17 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     leaving = pendulum.side_of(family) * epsilon == 1
     linear = _Rounded(rounded_coefficients(p), *map(cos_sin_half, (p.alpha0, p.beta0)))
     p = Angles(*map(float, p))
-    n, coarse, before = FEWEST_STEPS, np.array([np.nan]), np.nan
+    n, coarse = FEWEST_STEPS, np.array([np.nan])
     while n <= MOST_STEPS:
         tau, steps = _steps(p, linear, float(h0), family, n)
         with np.errstate(over="ignore", invalid="ignore"):
             theta1, growth = _direction(steps, leaving, p, linear, epsilon)
-        # Every second start of the fine steps is a start of the coarse ones. In a thin body the
-        # directions settle before the growth does.
-        settled = abs(growth - before) < SETTLED * max(1.0, abs(growth))
-        if settled and np.abs(theta1[::2] - coarse).max() < SETTLED:
+        # Every second start of the fine steps is a start of the coarse ones.
+        if np.abs(theta1[::2] - coarse).max() < SETTLED:
             period = float(pendulum.period(p, h0, math))
             turns = round((theta1[-1] - theta1[0]) / (2 * np.pi))
             return PeriodicOrbit(family, epsilon, tau, theta1[:-1], period, growth / period, turns)
-        n, coarse, before = 2 * n, theta1, growth
+        n, coarse = 2 * n, theta1
     # Where the multiplier overflows no number is left.
     why = "its multiplier is beyond 1e308" if np.isnan(growth) else "rounding decides"
     raise ArithmeticError(
