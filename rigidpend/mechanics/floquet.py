@@ -85,18 +85,19 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     The error of the multiplier's logarithm is below 2^-45 h0/((h0 - mu) sin(alpha0)), the relative
     error of the period below 2^-48 h0/(h0 - mu): mu and alpha0 are rounded, and near h0 the motion
     almost rests at its highest point. Random bodies, with h0 - mu from 0.9 h0 down to 1e-7 h0 and
-    A2 down to 0.003 A1, reach half of each bound. If two moments differ by a part d < 0.01 of A1,
-    the error of the logarithm may be 0.01/d times as large; the worst of 410 such random bodies,
-    with d from 1e-2 down to 1e-6, reached a quarter of that.
+    A2 down to 0.003 A1, reach half of each bound. If A1 - A3 is a part d < 0.01 of A1, the error of
+    the logarithm may be 0.01/d times as large; the worst of 410 random bodies, with d from 1e-2
+    down to 1e-6, reached a quarter of that. A logarithm near 0, as where A1 - A2 is a small part d
+    of A1, keeps digits of its own: from d = 1e-4 to 1e-8 it erred by a part of 1e-17/d at most.
 
     Of a p in 113 bits alpha0 is not rounded: the first bound holds without sin(alpha0). Of 522
     random bodies, with A2 down to 1e-8 A1 and mu up to sin(alpha0) h0 where that is below 0.1, the
     worst reached 0.18 of it.
 
-    NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if `MOST_STEPS`
-    don't settle theta1: then h0 - mu is so small, the motion so nearly parabolic, or the body so
-    nearly symmetric, that rounding decides, or the multiplier is beyond doubles. ValueError is
-    raised for an epsilon other than 1 or -1.
+    NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if rounding decides
+    whether there is, or if `MOST_STEPS` don't settle it: then h0 - mu is so small, the motion so
+    nearly parabolic, or the body so nearly symmetric, that rounding decides, or the multiplier is
+    beyond doubles. ValueError is raised for an epsilon other than 1 or -1.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
@@ -104,20 +105,27 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     leaving = pendulum.side_of(family) * epsilon == 1
     linear = _Rounded(rounded_coefficients(p), *map(cos_sin_half, (p.alpha0, p.beta0)))
     p = Angles(*map(float, p))
-    n, coarse = FEWEST_STEPS, None
+    n, coarse, said = FEWEST_STEPS, np.array([np.nan]), ""
     while n <= MOST_STEPS:
         tau, steps = _steps(p, linear, float(h0), family, n)
-        with np.errstate(over="ignore", invalid="ignore"):
-            theta1, growth = _direction(steps, leaving, p, linear, epsilon)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                theta1, growth = _direction(steps, leaving, p, linear, epsilon)
+        except NotHyperbolic as error:
+            # Of a thin body too few steps give any sum: twice as many have to give the same.
+            if said == str(error):
+                raise
+            said, theta1 = str(error), np.array([np.nan])
         # Every second start of the fine steps is a start of the coarse ones.
-        if coarse is not None and np.abs(theta1[::2] - coarse).max() < SETTLED:
+        if np.abs(theta1[::2] - coarse).max() < SETTLED:
             period = float(pendulum.period(p, h0, math))
             turns = round((theta1[-1] - theta1[0]) / (2 * np.pi))
             return PeriodicOrbit(family, epsilon, tau, theta1[:-1], period, growth / period, turns)
         n, coarse = 2 * n, theta1
     raise ArithmeticError(
         f"{MOST_STEPS} steps don't settle the periodic orbit at h0 = {h0}, mu = {p.mu}, "
-        f"alpha0 = {p.alpha0}, beta0 = {p.beta0}, kappa = {p.kappa}"
+        f"alpha0 = {p.alpha0}, beta0 = {p.beta0}, kappa = {p.kappa}: rounding decides, or its "
+        "multiplier is too large"
     )
 
 
@@ -132,7 +140,7 @@ class _Rounded(NamedTuple):
 
 @functools.lru_cache(maxsize=16)
 def _steps(p: Angles, linear: _Rounded, h0: float, family: int, n: int) -> tuple[Array, Array]:
-    """Compute tau at the start of n equal steps of time, and the steps' matrices (n, 2, 2).
+    """Compute tau at the start of n equal steps of time, and the steps' matrices less 1 (n, 2, 2).
 
     The matrices act on (Qp, Qm), which are uncoupled without weight. In other components the small
     sin(alpha0) would be lost by cancellation where alpha0 is near 0 or pi.
@@ -150,7 +158,7 @@ def _steps(p: Angles, linear: _Rounded, h0: float, family: int, n: int) -> tuple
     ones = np.broadcast_to(np.tile(np.eye(2), (STAGES, 1)), (n, size, 2))
     X = np.linalg.solve(system, ones).reshape(n, STAGES, 2, 2)
     tau = np.unwrap(np.atan2(up, ahead))
-    return tau, np.eye(2) + np.einsum("j,abnj,njbc->nac", weights, B, X)
+    return tau, np.einsum("j,abnj,njbc->nac", weights, B, X)
 
 
 def _linearised(
@@ -202,14 +210,16 @@ def _direction(
     Solutions are carried in the sense of time in which they grow, so that errors shrink beside
     them.
     """
-    vector = _eigenvector(functools.reduce(lambda whole, step: step @ whole, steps), leaving)
-    ordered = steps if leaving else np.linalg.inv(steps)[::-1]
-    found, growth = [vector], 0.0
+    whole = functools.reduce(lambda done, step: done + step + step @ done, steps)
+    # Steps are added one to another, and each has the rounding of its largest number.
+    vector, growth = _eigenvector(whole, leaving, 2.0**-50 * float(np.abs(steps).sum()))
+    ordered = steps if leaving else np.linalg.solve(np.eye(2) + steps, -steps)[::-1]
+    found, summed = [vector], 0.0
     for step in ordered:
-        vector = step @ vector
+        vector = vector + step @ vector
         # Scaled to length 1 after each step, since the length may overflow over a period.
         length = math.hypot(*vector)
-        vector, growth = vector / length, growth + math.log(length)
+        vector, summed = vector / length, summed + math.log(length)
         found.append(vector)
     Qp, Qm = np.array(found if leaving else found[::-1]).T
     # theta1 - beta0 = 2 l, l = atan2(M1, M2); both are multiplied by 2 sin cos of alpha0/2 > 0.
@@ -219,26 +229,44 @@ def _direction(
     # separatrix is taken.
     centre = p.beta0 + epsilon * p.alpha0
     theta1 += 2 * np.pi * np.round((centre - theta1[0]) / (2 * np.pi))
+    growth = growth or summed
     return theta1, growth if leaving else -growth
 
 
-def _eigenvector(whole: Array, leaving: bool) -> Array:
-    """Eigenvector, of length 1, of the matrix of a period, which leaves (grows) or approaches."""
-    trace = float(np.trace(whole))
+def _eigenvector(whole: Array, leaving: bool, rounding: float) -> tuple[Array, float]:
+    """Eigenvector, of length 1, of 1 + `whole`, a period's matrix, which leaves or approaches.
+
+    With it comes the logarithm of the larger eigenvalue where that is near 1, or else 0.
+    """
+    # The product of the eigenvalues is the determinant, 1, so that the trace of `whole` is its
+    # determinant's negative. Of a nearly symmetric body `whole` is small, and this keeps digits.
+    size = float(np.abs(whole).max())
+    beyond = float(np.trace(whole)) if not size < 1 else -float(np.linalg.det(whole))
+    unknown = rounding * min(size, 1.0)
+    if abs(beyond) <= unknown:
+        raise ArithmeticError(
+            "the pendulum motion is nearly parabolic: the sum of its multipliers is closer to 2"
+            f" than {unknown:.1g}, and rounding decides whether it is more"
+        )
     # A matrix that overflows, with a trace that is no number, gives a vector that never settles.
-    if abs(trace) <= 2:
+    if -4 <= beyond <= 0:
+        told = f"{2 + beyond:.6g}" if beyond < -1e-3 else f"2 - {-beyond:.2g}"
         raise NotHyperbolic(
-            f"the pendulum motion is not hyperbolic: its multipliers have the sum {trace:.6g}, "
+            f"the pendulum motion is not hyperbolic: its multipliers have the sum {told}, "
             "between -2 and 2"
         )
-    # The product of the eigenvalues is the determinant, 1, so that only the larger one is formed.
-    # The root is that of a product, because trace^2 - 4 cancels near a parabolic motion.
-    root = math.sqrt((abs(trace) - 2) * (abs(trace) + 2))
-    large = math.copysign((abs(trace) + root) / 2, trace)
+    # The root of trace^2 - 4 is that of a product, which does not cancel near a parabolic motion.
+    turned = beyond < 0
+    more = -4 - beyond if turned else beyond
+    half = (more + math.sqrt(more * (more + 4))) / 2
+    # The eigenvalues less 1. Only the larger of them is formed as a sum.
+    other = -half / (1 + half)
+    if turned:
+        half, other = -2 - half, -2 - other
     # By the theorem of Cayley and Hamilton the columns of the matrix less the other eigenvalue are
     # eigenvectors.
-    columns = whole - np.eye(2) * (1 / large if leaving else large)
+    columns = whole - np.eye(2) * (other if leaving else half)
     lengths = np.hypot(*columns)
     # Both columns are eigenvectors, but one may be zero or nearly so: the longer one is taken.
     best = int(np.argmax(lengths))
-    return np.asarray(columns[:, best] / lengths[best])
+    return np.asarray(columns[:, best] / lengths[best]), math.log1p(half) if 0 < half < 1 else 0.0

@@ -165,11 +165,12 @@ def narrower(problem: RouteProblem) -> int:
     p, m = problem.body.angles(), context(53)
     if not p.mu:
         return 0
-    J1, weight = problem.J1_0.at(53), problem.body.mu.at(53) / problem.h0.at(53)
+    share = problem.J1_0.at(53) / problem.J2_0(53)
+    weight = problem.body.mu.at(53) / problem.h0.at(53)
     # Starts have to lie in the layer, and within the range of its normal form: |I| of a start is
     # 4 J1/J2 times the displacement, its |v| at most as large as where arcs end.
-    close = min(narrowness(p.nu), float(m.log(problem.J2_0(53) / (4 * J1))))
-    nats = min(close - math.log(LAYER * p.nu), float(m.log(weight / (8 * J1))))
+    close = min(narrowness(p.nu), float(-m.log(4 * share)))
+    nats = min(close - math.log(LAYER * p.nu), float(m.log(weight / (8 * share))))
     bits = math.floor(nats / math.log(2))
     return min(bits, MOST_NARROWER) if bits >= (FEWEST_HEAVY if weight > HEAVY else FEWEST) else 0
 

@@ -70,8 +70,8 @@ class SurfaceSplitting(NamedTuple):
     error: float
     """Uncertainty of `excess`: its largest difference between two computations, times `CAUTION`.
 
-    If the first harmonic left out is expected to be larger, its size; and no less than the rounding
-    of `excess` to doubles."""
+    If the first harmonic left out is expected to be larger, its size. The rounding of `excess` to
+    doubles is added to either."""
     allowed: float
     """Largest error with which the splitting counts as resolved."""
     bits: int
@@ -163,11 +163,12 @@ def _twice(
         mean[k] = float((one + other) / 2 / first - (k == 0))
         # `excess` is a difference from 1, which is rounded by this at least.
         error = max(error, CAUTION * (abs(float((one - other) / first)) + 2.0**-s.bits))
-        # In more bits the rounding of `excess` itself, which is in doubles, may be the largest.
-        error = max(error, math.ldexp(abs(mean[k]), -53))
     if math.isinf(error):
         # An amplitude far below all rounding leaves nothing known in its units.
         mean = np.full(MOST_HARMONICS, np.nan)
+    else:
+        # The rounding of `excess` to doubles comes on top, and in more bits may be larger.
+        error += math.ldexp(float(np.abs(mean).max()), -53)
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 

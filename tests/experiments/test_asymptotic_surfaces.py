@@ -1,5 +1,6 @@
 """The experiment `asymptotic_surfaces`: the surfaces of Fig. 3, and results told apart."""
 
+import math
 from typing import Any
 
 import mpmath
@@ -7,6 +8,9 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.asymptotic_surfaces import CURVES
+from rigidpend.mechanics.pendulum import Delta_1
+from rigidpend.numbers.exact import exact
+from rigidpend.surfaces.curves import S1_minus, surface_problem
 from tests.experiments.trees import asked, computed, differences, reference, unlike_stored
 
 
@@ -72,3 +76,26 @@ def test_points_are_compared_where_both_have_one_and_phases_also_across_the_cut(
     fresh = {"sample": np.array([0, 2, 3]), "theta1": np.array([0.0, 2.0, 3.0 + part * 1e-12])}
     both = stored | {"J1_over_J2": np.full(4, 0.5)}, fresh | {"offsets": np.array([0, 3])}
     assert len(theta1("theta1", *both)) == told
+
+
+def test_errors_grow_with_each_passage_and_no_more_than_in_theory() -> None:
+    """In a window of 100 swings of a heavy body orbits come back to J1 = J2/2 many times."""
+    A = exact(1), exact("0.324"), exact("0.87")
+    problem = surface_problem(A, None, exact("0.2038"), exact(2), exact("1e-60"))
+    swing = Delta_1(problem.body.angles(), float(problem.h0), 1, math)
+    phases = 2 * np.pi * (np.arange(8) + 0.37) / 8
+    data, other = (
+        S1_minus(problem, phases, 100 * swing, "taylor", tolerance)._asdict()
+        for tolerance in (None, 3e-14)
+    )
+    orbits = (np.repeat(np.arange(8), np.diff(x["offsets"])) for x in (data, other))
+    both = (x["sample"] + 2**32 * k for x, k in zip((data, other), orbits, strict=True))
+    _, here, there = np.intersect1d(*both, return_indices=True)
+    for name in ("theta1", "J1_over_J2"):
+        within: Any = CURVES["S1_minus"][name].within
+        assert within(name, data, other) == []
+        off = other[name][there] - data[name][here]
+        assert np.abs(off).max() > 1e-11
+        wrong = {**other, name: other[name].copy()}
+        wrong[name][there] = data[name][here] + 1e3 * off
+        assert len(within(name, data, wrong)) == 1

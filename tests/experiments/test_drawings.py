@@ -324,6 +324,21 @@ def test_long_names_of_bodies_are_not_upon_each_other() -> None:
     assert not overlap(title.get_window_extent() for title in titles)
 
 
+@pytest.mark.parametrize("name", ["Wide_name_of_the_body_number_{}", "the_{}_"])
+def test_labels_of_bodies_end_within_the_panel_of_the_decay(name: str) -> None:
+    """A name that ends in an underscore is one without a subscript."""
+
+    def change(data: Any) -> None:
+        names = [name.format(k) for k in range(10)]
+        data["bodies"]["name"], data["curve"]["body"] = np.array(names, dtype=object), names[1]
+
+    axes = laid_out(drawn_with("splitting", change)).axes[2]
+    boxes = [x.get_window_extent() for x in axes.texts if x.get_text()]
+    frame = axes.get_window_extent()
+    assert len(boxes) > 3
+    assert all(frame.x0 < box.x0 and box.x1 < frame.x1 for box in boxes)
+
+
 def test_lines_of_a_route_join_where_there_are_few_samples() -> None:
     def change(data: Any) -> None:
         for case in data.values():

@@ -2,6 +2,7 @@
 
 from contextlib import nullcontext
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import follow
+from rigidpend.routes.problem import passage_rotations
 from tests.experiments.trees import asked, computed
 
 
@@ -100,3 +102,25 @@ def test_an_orbit_is_on_its_route_to_a_thousandth_of_the_shortest_passage(
     leaves = pytest.raises(ArithmeticError, match="leaves the route; take fewer symbols")
     with nullcontext() if share < 1e-3 else leaves:
         computed(content)
+
+
+def test_an_orbit_of_one_symbol_is_not_asked_to_have_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(herpolhodes, "ON_ROUTE", 0.0)
+    with pytest.raises(ArithmeticError, match="leaves the route; take a larger J1_0"):
+        computed(asked("fig5", "problem.n_symbols=1", "problem.n_wound=1"))
+
+
+def test_samples_beyond_memory_are_refused_before_the_route_is_sought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a body with nu = 2e10 a passage has some 1e11 turns."""
+    monkeypatch.setattr(herpolhodes, "codes_of", Mock(side_effect=AssertionError))
+    nearly = "problem.A=[1, 1 - 2e-10, 1 - 1e-10]"
+    with pytest.raises(ArithmeticError, match=r"turns some 1\.\de\+11 times in 6 passages"):
+        computed(asked("fig5", nearly))
+    shipped = asked("fig5")
+    samples = passage_rotations(shipped.problem.routes) * 6 * shipped.numerics.points
+    for most in (0.99 * samples, 1.01 * samples):
+        monkeypatch.setattr(herpolhodes, "MOST_SAMPLES", most)
+        with pytest.raises(ArithmeticError if most < samples else AssertionError):
+            computed(asked("fig5"))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend import experiments
 from tests.experiments.pages import laid_out, overlap, styled
 from tests.experiments.trees import asked, computed, differences, unlike_stored
 
@@ -45,6 +46,17 @@ def test_levels_of_a_thin_body_keep_their_digits() -> None:
     cos2 = (1e-8 / (1 - 1e-8)) ** 2
     expected = (1 - orbits["height"] ** 2) / 2 * np.where(orbits["around"] == 2, 1 - cos2, -cos2)
     np.testing.assert_allclose(orbits["level"], expected, rtol=1e-14)
+
+
+def test_the_table_tells_levels_of_a_thin_body_apart() -> None:
+    """All energies are 5e-9 J2^2 in ten decimals, and differ by 1e-17 of it around M1."""
+    content = asked("fig1", "problem.A=[1, 1e-8, 1 - 1e-8]")
+    told: Any = {"attributes": {"experiment": content.experiment}, "data": computed(content)}
+    table, separatrices = experiments.tables(told)
+    assert len({(row[0], row[-1]) for row in table.rows}) == len(table.rows)
+    kappa = 1e-8 / ((1 - 1e-8) * (1 - 1e-8))
+    for row in (table.rows[0][:-1], separatrices.rows[0]):
+        assert float(row[-1]) == pytest.approx(kappa / 2, rel=1e-7, abs=0)
 
 
 def test_visibility_may_change_on_the_outline_only(data: Any) -> None:

@@ -1,6 +1,7 @@
 """Periodic orbits against integrated ones, linearised integration, T1 and T2, and limits."""
 
 import math
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -142,18 +143,54 @@ def test_order_of_rounding_beside_alpha0_of_pi() -> None:
     assert 1 < off * 2.0**45 * (1 - float(body.mu)) < 1 / math.sin(body.alpha0)
 
 
+def nearly_spherical(d: str, mu: str, r: Any = (1, 1, 0)) -> Body:
+    """A body whose moments differ by a part d of A1, or less."""
+    return Body((1, 1 - Fraction(d), 1 - Fraction(d) * 2 / 5), r, mu)
+
+
+@pytest.mark.parametrize(("d", "mu"), [("1e-8", "1e-4"), ("1e-8", "0.3"), ("1e-12", "0")])
+def test_an_exponent_near_0_keeps_digits_of_its_own(d: str, mu: str) -> None:
+    """The sum of the multipliers is nearer to 2 than doubles can tell from 2."""
+    body = nearly_spherical(d, mu)
+    p = body.angles(113)
+    found = periodic_orbit(p, 1.0).exponent_per_period
+    truth = multiplier(body, exact(1), 1)[0] if p.mu else math.pi**2 / p.nu
+    assert found == pytest.approx(float(truth), rel=1e-9 if p.mu > 0.1 else 1e-11, abs=0)
+    assert found == -periodic_orbit(p, 1.0, 1, -1).exponent_per_period
+
+
+def test_an_elliptic_motion_is_told_from_one_of_which_rounding_decides() -> None:
+    """The sum of the multipliers is 2 - 0.59 d where the centre of gravity is on axis 2."""
+    on_axis = nearly_spherical("1e-14", "0.3", (0, 1, 0)).angles(113)
+    with pytest.raises(floquet.NotHyperbolic, match=r"sum 2 - 5\.9e-15, between"):
+        periodic_orbit(on_axis, 1.0)
+    for r in ((0, 1, 0), (3, 1, 0)):
+        p = nearly_spherical("1e-17", "0.3", r).angles(113)
+        with pytest.raises(ArithmeticError, match="rounding decides whether it is more") as raised:
+            periodic_orbit(p, 1.0)
+        assert not isinstance(raised.value, floquet.NotHyperbolic)
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_growth_beyond_doubles_is_not_called_elliptic() -> None:
-    """A thin body, where a period multiplies deviations by more than 1e308."""
-    p = Body(A=(1, "1e-6", "0.9999995"), r=(1, "0.3", 0), mu="0.3").angles()
-    with pytest.raises(ArithmeticError, match="512 steps don't settle"):
-        periodic_orbit(p, 1.0)
+    """Thin bodies, where a period multiplies deviations by more than 1e308.
+
+    With 32 steps the sum of the multipliers of the second would be -0.69.
+    """
+    for A, r, mu in (
+        ((1, "1e-6", "0.9999995"), (1, "0.3", 0), "0.3"),
+        ((1, "1e-11", 1 - Fraction(1, 3 * 10**11)), (1, 1, 0), Fraction(1, 9)),
+    ):
+        p = Body(A, r, mu).angles(113)
+        with pytest.raises(ArithmeticError, match="512 steps don't settle") as raised:
+            periodic_orbit(p, 1.0)
+        assert not isinstance(raised.value, floquet.NotHyperbolic)
 
 
 def test_steps_settle_until_rounding_decides() -> None:
     """Beside alpha0 = pi: at 0.99 h0 halved steps change theta1 by 5e-13, at 0.9999 by 3e-11."""
     assert leaves(periodic_orbit(loaded(NEAR_PI, 0.99), 1.0))
-    with pytest.raises(ArithmeticError, match="512 steps don't settle"):
+    with pytest.raises(ArithmeticError, match=r"512 steps don't settle .*: rounding decides"):
         periodic_orbit(loaded(NEAR_PI, 0.9999), 1.0)
 
 

@@ -140,13 +140,16 @@ LONG = (2, "1.9", "1.95")
     ("mu", "share", "bits"),
     [
         # The start's |I|, 4 J1/J2, over 16 nu: from 6 bits on they pay, or from 3 with more weight.
-        *(("0.001", 2.0**-6 * (1 + x), bits) for x, bits in ((-1e-9, 6), (1e-9, 0))),
-        *(("0.001", 2.0**-7 * (1 + x), bits) for x, bits in ((-1e-9, 7), (1e-9, 6))),
+        *(("0.0025", 2.0**-6 * (1 + x), bits) for x, bits in ((-1e-9, 6), (1e-9, 0))),
+        *(("0.0025", 2.0**-7 * (1 + x), bits) for x, bits in ((-1e-9, 7), (1e-9, 6))),
         *(("0.0101", 2.0**-3 * (1 + x), bits) for x, bits in ((-1e-9, 3), (1e-9, 0))),
         *((mu, 2.0**-5.5, bits) for mu, bits in (("0.0101", 5), ("0.01", 0), ("0.0099", 0))),
-        *(("0.001", 2.0**-40 * (1 + x), bits) for x, bits in ((1e-9, 39), (-1e-9, 40), (-0.6, 40))),
-        # Its |v|, 8 J1 h0/mu, where mu is less.
-        *(("0.0005", x, bits) for x, bits in ((0.999 * 2.0**-6, 0), (0.49 * 2.0**-6, 6))),
+        *(
+            ("0.0025", 2.0**-40 * (1 + x), bits)
+            for x, bits in ((1e-9, 39), (-1e-9, 40), (-0.6, 40))
+        ),
+        # Its |v|, 8 J1/J2 h0/mu, where mu is less.
+        *(("0.001", x, bits) for x, bits in ((0.999 * 2.0**-6, 0), (0.48 * 2.0**-6, 6))),
         ("0", 2.0**-20, 0),
     ],
 )
@@ -159,12 +162,16 @@ def test_a_layer_is_narrower_than_its_displacement_by_what_its_starts_allow(
 
 
 @pytest.mark.parametrize("share", [2.0**-6, 2.0**-9])
-def test_starts_lie_within_the_range_of_a_narrower_layer_s_normal_form(share: float) -> None:
-    """|v| of a start over that at arcs' ends is 8 J1 h0/mu times two to the bits."""
-    body = Body(LONG, FIG4.r, "0.0004")
-    bits = round(-math.log2(share))
+@pytest.mark.parametrize("unit", [1, 2.0**-12])
+def test_starts_lie_within_the_range_of_a_narrower_layer_s_normal_form(
+    share: float, unit: float
+) -> None:
+    """|v| of a start over that at arcs' ends is 8 J1/J2 h0/mu times two to the bits."""
+    body, h0 = Body(LONG, FIG4.r, 0.0004 * unit), 2 * unit
+    bits, J2 = round(-math.log2(share)), float(problem(body, h0=h0).J2_0(53))
     for off, expected in ((-1e-9, bits), (1e-9, bits - 1 if bits > 6 else 0)):
-        assert narrower(problem(body, h0=2, J1_0=share * (1 + off) * 0.0002 / 8)) == expected
+        J1_0 = share * (1 + off) * 0.0002 / 8 * J2
+        assert narrower(problem(body, h0=h0, J1_0=J1_0)) == expected
 
 
 @pytest.mark.parametrize("A", [("1.534", "1.296", "1.44"), (2, "1.7", "1.85"), FIG4.A])

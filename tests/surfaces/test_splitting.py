@@ -59,10 +59,10 @@ def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
 
 @pytest.mark.slow
 def test_no_error_is_below_the_rounding_of_the_doubles_that_hold_the_harmonics() -> None:
-    """In 106 bits two computations agree far better than that."""
+    """In 106 bits two computations agree far better than that, which is added."""
     found = measure(GENERIC, H0, 1e-17, ARITHMETIC._replace(precisions=(106,)))
     rounding = float(np.abs(found.excess).max()) * 2.0**-53
-    assert 1e-21 < rounding <= found.error < 2 * rounding
+    assert 1e-21 < rounding < found.error < 1.01 * rounding
     assert found.resolved
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,10 @@ from rigidpend.experiments.data import Data, Field, Layout, double, held, whole
 
 DRIFT = 1e-12
 """Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
+LATE = 20_000
+"""Samples after which rounding adds to that: with heavy bodies as much after 15,000 to 30,000."""
+NEAREST = 1e-12
+"""Ratio J1/J2, or 1 - J1/J2, of which rounding leaves some digits."""
 SHARED = 0.9
 """Least share of the points of two results that must be at the same times."""
 
@@ -65,11 +70,34 @@ def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
-    """Bound of the points; an error of theta1 grows as J2^2/(J1 (J2 - J1)), by eq. (dtheta)."""
+    """Bound of the points; at first theta1 errs as J2^2/(J1 (J2 - J1)), by eq. (dtheta)."""
     J1, at = stored["J1_over_J2"], _shared(stored, fresh)
-    # In units of its value at the section, where the factor is 1.
-    drift = DRIFT / (4 * J1 * (1 - J1)) if name == "theta1" else DRIFT
+    # In units of its value at the section, where the root is 1; of the phase it grows as t^1.5.
+    root, late = np.sqrt(4 * J1 * (1 - J1)), (1 + stored["sample"] / LATE) ** 1.5
+    with np.errstate(divide="ignore"):
+        grown = np.fmax(_grown(stored), 1 / root)
+        drift = DRIFT * late * (grown / root if name == "theta1" else np.fmax(1, grown * root))
     return compare.arrays(name, stored[name], fresh[name][at], np.where(at < 0, np.inf, drift))
+
+
+def _grown(stored: Data) -> Any:
+    """Largest growth of an error of Qp and Qm since its curve crossed J1 = J2/2; 0 before that.
+
+    Its rate is at most u |J1/J2 - 1/2|. Up to the crossing ln(J1/(J2 - J1)) grows at the rate u.
+    """
+    grown = np.zeros(len(stored["sample"]))
+    for first, end in itertools.pairwise(stored["offsets"]):
+        J1, time = (stored[name][first:end] for name in ("J1_over_J2", "sample"))
+        k = int(np.argmax((J1 > 0.5) != (J1[:1] > 0.5))) if end > first else 0
+        if k:
+            # The surface may begin closer to J1 = 0 or J1 = J2 than the ratio tells.
+            begun = min(k - 1, int(np.argmax(J1 * (1 - J1) > NEAREST)))
+            near = np.clip(J1[[begun, k]], NEAREST, 1 - NEAREST)
+            rate = abs(np.diff(np.log(near / (1 - near)))[0]) / (time[k] - time[begun])
+            off = np.abs(J1[k:] - 0.5)
+            steps = rate * np.diff(time[k:]) * (off[1:] + off[:-1]) / 2
+            grown[first + k : end] = np.exp(np.append(0, np.cumsum(steps)))
+    return grown
 
 
 def _curves(name: str) -> dict[str, Field]:

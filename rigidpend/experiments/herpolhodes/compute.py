@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -14,14 +15,23 @@ from rigidpend.mechanics.in_space import plateaus
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import rotation_period
+from rigidpend.routes.problem import passage_rotations, rotation_period
 
 ON_ROUTE = 1e-3
 """Share of the shortest passage by which an orbit on its route may cross late, at most."""
+MOST_SAMPLES = 2_000_000
+"""Largest number of samples of an orbit, of some 400 bytes each."""
 
 
 def compute(config: Config, means: Means) -> Tree:
     """Compute the orbit of every case; its route must be certain, and the samples on it."""
+    passages = config.problem.n_symbols + 1
+    rotations = passage_rotations(config.problem.routes) * passages
+    expected = rotations * config.numerics.points
+    if MOST_SAMPLES < expected < math.inf:
+        said = f"some {expected:.2g} samples, more than {MOST_SAMPLES:.2g}"
+        turns = f"the body turns some {rotations:.2g} times in {passages} passages"
+        raise ArithmeticError(f"{turns}: an orbit takes {said}")
     groups: dict[str, Tree] = {}
     for name, case in config.problem.cases.items():
         routes = _routes(config, case, means)
@@ -59,7 +69,8 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
     shortest, late = np.diff(routes.crossing_time[:, 0]).min(), np.abs(orbit.crossing_error).max()
     said = ""
     if not late < ON_ROUTE * shortest:
-        said = "the orbit in doubles leaves the route; take fewer symbols"
+        fewer = "fewer symbols" if len(routes.codes) > 1 else "a larger J1_0"
+        said = f"the orbit in doubles leaves the route; take {fewer}"
     elif not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
         said = "the samples miss a crossing of the route; take more points"
     if said:

@@ -196,7 +196,8 @@ def tables(result: Loaded) -> list[Table]:
                 Column("around", [f"M{axis:.0f}" for axis in around]),
                 Column("largest |M3|/|M|", heights, "g"),
                 Column("orbits", counts),
-                Column("H/J2^2", orbits["energy"][first], ".10f"),
+                Column("H/J2^2", orbits["energy"][first], ".10g"),
+                Column("above the separatrices", orbits["level"][first], ".10g"),
             ],
         ),
         Table.of(
@@ -204,7 +205,7 @@ def tables(result: Loaded) -> list[Table]:
             [
                 Column("number", separatrices["number"]),
                 Column("theta1 (rad)", separatrices["theta1"][begins], ".10f"),
-                Column("H/J2^2", separatrices["energy"], ".10f"),
+                Column("H/J2^2", separatrices["energy"], ".10g"),
             ],
             f"The integral that is 0 on a separatrix is at most {spread:.1g} J2^2 halfway.",
         ),

@@ -38,6 +38,8 @@ BITS = {53: "#FFFFFF", 64: "#DCEEF8", 106: "#9DCFEB", 113: "#5FB0E0"}
 """Colour of a cell of the table, by the precision that decided."""
 PANEL, LETTER, LINE, MOST_NAMES = (210.0, 158.0), 4.4, 8.0, 4
 """Width and height of a panel, width of a letter, height of a line, points; names in a label."""
+LONGEST = 9
+"""Letters of a name in a label."""
 NONE = "#F2B8A0"
 """Colour of a cell of the table that no precision decided."""
 
@@ -63,7 +65,8 @@ def _drawn(data: Data) -> int:
 def _name(bodies: Data, row: int) -> str:
     """Name a body by its nu, and that of Fig. 4 in words."""
     name, nu = bodies["name"][row], bodies["nu"][row]
-    shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{name}}}$"
+    escaped = name.replace("_", r"\_")
+    shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{escaped}}}$"
     return rf"{shown}, $\nu = {nu:.2f}$"
 
 
@@ -140,10 +143,13 @@ def _draw_decay(axes: Axes, data: Data) -> str:
         rows = np.flatnonzero(resolved[:, k])
         rows = rows[np.argsort(bodies["nu"][rows])]
         places = np.stack((bodies["nu"], bodies["reduced"][:, k]), axis=1)[rows]
-        names = ["4" if name == "fig4" else str(name) for name in bodies["name"][rows]]
+        names = ["4" if name == "fig4" else _short(name) for name in bodies["name"][rows]]
         ends = closed["nu"][-1], closed["decay"][-1] / closed["decay"][0]
         for said, place in _together(names, places, ends):
-            plots.beside(axes, said, place, 4, 6, fontsize=7)
+            # On the left of its place, below the curve, where the right has no room.
+            ends_in = place[0] / ends[0] * PANEL[0] + LETTER * (len(said) + 1) < PANEL[0]
+            off: Any = (4, 6) if ends_in else (-4, -10)
+            plots.beside(axes, said, place, *off, fontsize=7, ha="left" if ends_in else "right")
     axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
     axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
     axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)
@@ -169,8 +175,15 @@ def _together(names: list[str], places: Any, ends: tuple[float, float]) -> Any:
 
 
 def _joined(names: list[str]) -> str:
-    """Names of bodies in one label; of many only the first and the last."""
-    return ", ".join(names) if len(names) <= MOST_NAMES else f"{names[0]} \u2026 {names[-1]}"
+    """Names of bodies in one label; of many, or of long ones, only the first and the last."""
+    few = len(names) <= MOST_NAMES and len("".join(names)) <= 2 * LONGEST
+    return ", ".join(names) if few else f"{names[0]} \u2026 {names[-1]}"
+
+
+def _short(name: str) -> str:
+    """A name as a label has room for it; the table of the result has all of it."""
+    half = LONGEST // 2
+    return name if len(name) <= LONGEST else f"{name[:half]}\u2026{name[-half:]}"
 
 
 def _draw_table(axes: Axes, data: Data) -> str:
@@ -190,7 +203,7 @@ def _draw_table(axes: Axes, data: Data) -> str:
     weights = [f"${plots.power(x)}$".replace(r"\cdot ", "$\n$\\cdot ") for x in ratios]
     axes.set_xticks(range(n_weights), weights, fontsize=6.5)
     pairs = zip(bodies["name"], bodies["nu"], strict=True)
-    names = [f"{'Fig. 4' if name == 'fig4' else name}  {nu:.1f}" for name, nu in pairs]
+    names = [f"{'Fig. 4' if name == 'fig4' else _short(name)}  {nu:.1f}" for name, nu in pairs]
     axes.set_yticks(range(n_bodies), names, fontsize=7)
     axes.tick_params(length=0)
     axes.set(xlabel=plots.axis_label(MU_OVER_H0), ylabel=r"body, $\nu$")
