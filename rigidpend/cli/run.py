@@ -113,7 +113,9 @@ def run_command(
     for x, each in named:
         runs.plan(each, folder_of(x, folder), force)
     at_once, expected = runs.at_once(len(paths)), runs.expected
-    shown = Progress(len(runs.waiting), expected, at_once, quiet=quiet, verbose=verbose)
+    # Nobody knows how many configs a cluster has in progress: its workers come and go.
+    side_by_side = 0 if scheduler else at_once
+    shown = Progress(len(runs.waiting), expected, side_by_side, quiet=quiet, verbose=verbose)
     try:
         with shown:
             shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)

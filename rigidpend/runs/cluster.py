@@ -15,9 +15,9 @@ import platform
 import socket
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import Future, wait
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
@@ -78,23 +78,26 @@ def computed(
     pieces: Sequence[Piece],
     report: Callable[[str], None],
 ) -> Iterator[Tree]:
-    """Let a cluster compute the parts that are not stored yet, then yield all parts in order.
+    """Let a cluster compute the parts that are not stored yet; yield all in order, as they come.
 
     Functions and arguments of pieces go to other machines, pickled; each part is stored as soon as
     it arrives, and counted for its worker. The engine is empty for closed forms.
     WorkerError if the scheduler does not answer, or if a worker has another version, lacks a
     library or memory, or dies repeatedly.
     """
-    missing = [piece for piece in pieces if not parts.has(piece.name)]
+    missing = {piece.name: piece for piece in pieces if not parts.has(piece.name)}
     if len(missing) < len(pieces):
         # Added, because an experiment with several arrays comes here for each of them.
         parts.crew["an earlier run, by the same code and engine"] += len(pieces) - len(missing)
-    if missing:
-        for tree, name, worker in gathered(address, experiment, engine, missing, report):
-            parts.keep(name, lambda: tree)  # noqa: B023
-            parts.crew[worker] += 1
-    # Read from disk one at a time: memory never holds all of them.
-    return parts.in_order(pieces)
+    with closing(gathered(address, experiment, engine, [*missing.values()], report)) as coming:
+        for piece in pieces:
+            while piece.name in missing:
+                tree, name, worker = next(coming)
+                parts.keep(name, lambda: tree)  # noqa: B023
+                parts.crew[worker] += 1
+                del missing[name]
+            # Read from disk one at a time: memory never holds all of them.
+            yield from parts.in_order([piece])
 
 
 def gathered(
@@ -103,7 +106,7 @@ def gathered(
     engine: str,
     pieces: Sequence[Piece],
     report: Callable[[str], None],
-) -> Iterator[tuple[Any, str, str]]:
+) -> Generator[tuple[Any, str, str], None, None]:
     """Outcomes of pieces on a cluster's workers, with names of piece and worker, as they arrive.
 
     Some pieces are sent ahead of those being computed. Arguments and errors are those of
@@ -112,7 +115,9 @@ def gathered(
     given = experiment, engine, facts_of(experiment, engine)
     waiting, names, done, idle = iter(pieces), dict[Any, str](), 0, False
     with _client(address) as client, named_errors(address):
-        report(f"cluster {address}: {len(pieces)} parts, {sum(client.nthreads().values())} threads")
+        threads = sum(client.nthreads().values())
+        every = wording.counted(len(pieces), "part")
+        report(f"cluster {address}: {every}, {wording.counted(threads, 'thread')}")
         while done < len(pieces):
             check_stop()
             threads = sum(client.nthreads().values())
@@ -130,7 +135,7 @@ def gathered(
                 tree, worker = _answer(client, future)
                 yield tree, names.pop(future), worker
                 # They may be a part of the experiment, which reports its share itself.
-                report(PartDone(f"cluster: {done} of {len(pieces)} parts"))
+                report(PartDone(f"cluster: {done} of {every}"))
 
 
 class _Call(NamedTuple):
@@ -233,7 +238,7 @@ def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) 
         if own[what] != value:
             raise WorkerError(
                 f"the worker {here} has another {what} ({own[what]}) than this machine ({value}):"
-                " install the same rigidpend and the same libraries there"
+                " install the same rigidpend and the same libraries there, and start it anew"
             )
     try:
         tree = pickle.loads(job).compute()

@@ -138,6 +138,9 @@ def test_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
         one, other = (read(tmp_path / folder / name) for folder in ("here", "there"))
         np.testing.assert_equal(one["data"], other["data"])
         assert "workers" not in one["provenance"]
+        # What a crowd of workers takes tells nothing of the time here.
+        times = [runner.SECONDS in x["attributes"] for x in (one, other)]
+        assert times == ([False, False] if "certificate" in name else [True, False])
         [(worker, count)] = json.loads(other["provenance"]["workers"]).items()
         assert count == (2 if "certificate" in name else 1)
         assert re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker)
@@ -202,6 +205,24 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
         found = cluster.computed(*given, array, report=tell_nobody)
         assert len(list(found)) == len(array)
     assert parts.crew == {"an earlier run, by the same code and engine": 2, "far": 5}
+
+
+def test_a_part_is_given_on_as_soon_as_those_before_it_have_come(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else an experiment would report its share only when all parts are there."""
+    come: list[str] = []
+
+    def gathered(*_: Any) -> Iterator[Any]:
+        for name in "bacd":
+            come.append(name)
+            yield {"x": np.array(name.encode())}, name, "far"
+
+    monkeypatch.setattr(cluster, "gathered", gathered)
+    given = "tcp://nowhere:1", "route_map", "taylor", Parts(tmp_path / "x.h5", "a")
+    pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcd"]
+    found = [(str(tree["x"]), len(come)) for tree in cluster.computed(*given, pieces, tell_nobody)]
+    assert found == [("b'a'", 2), ("b'b'", 2), ("b'c'", 3), ("b'd'", 4)]
 
 
 @pytest.mark.slow
@@ -281,6 +302,7 @@ def test_some_parts_are_sent_ahead_and_each_comes_back_once(
     assert sum("no workers yet" in line for line in lines) == 2
     parts = [line for line in lines if isinstance(line, PartDone)]
     assert parts == [f"cluster: {k} of 10 parts" for k in range(1, 11)]
+    assert lines[0] == "cluster tcp://head:8786: 10 parts, 0 threads"
 
 
 @pytest.mark.parametrize("answers", [True, False])
