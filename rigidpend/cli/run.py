@@ -108,7 +108,7 @@ def run_command(
     paths = configs_of(names, folder, name)
     swept = loading.load_swept(paths, settings, sweeps, name)
     named = [(x, each) for x, some in zip(paths, swept, strict=True) for each in some]
-    _check_twins([(folder_of(x, folder) / each.name, x) for x, each in named])
+    _check_twins([(folder_of(x, folder).resolve() / each.name, x) for x, each in named])
     runs = Runs(jobs, scheduler, keep_going)
     for x, each in named:
         runs.plan(each, folder_of(x, folder), force)
