@@ -21,6 +21,7 @@ from contextlib import closing, contextmanager
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
+from rigidpend import experiments
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
 from rigidpend.machine import wording
@@ -46,6 +47,7 @@ ROOM = "give it more, or fewer threads, for example by dask worker --nthreads 1 
 PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
 """Modules of routes that workers use besides those of an experiment."""
 CONTINUES = "finished parts are kept, and the same command continues"
+_importing = threading.Lock()
 
 
 def check_extra() -> None:
@@ -233,14 +235,20 @@ def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) 
 
     The job is unpickled here, so that an error can name the worker.
     """
-    here, own = _name(), facts_of(experiment, engine)
-    for what, value in wanted.items():
-        if own[what] != value:
-            raise WorkerError(
-                f"the worker {here} has another {what} ({own[what]}) than this machine ({value}):"
-                " install the same rigidpend and the same libraries there, and start it anew"
-            )
+    here = _name()
     try:
+        # Classes of configs read their source when they are made, and Python 3.11 fails where two
+        # threads do so: the first part that comes imports all of them.
+        with _importing:
+            list(map(experiments.schema, experiments.names()))
+        own = facts_of(experiment, engine)
+        for what, value in wanted.items():
+            if own[what] != value:
+                raise WorkerError(
+                    f"the worker {here} has another {what} ({own[what]}) than this machine"
+                    f" ({value}): install the same rigidpend and the same libraries there, and"
+                    " start it anew"
+                )
         tree = pickle.loads(job).compute()
     except MemoryError:
         said = f"the worker {here} has not enough memory: {ROOM}; {CONTINUES}"

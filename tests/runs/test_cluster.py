@@ -22,6 +22,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from rigidpend import experiments
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.route_map import compute
@@ -387,6 +388,27 @@ def test_what_a_worker_lacks_or_has_otherwise_is_said_of_it(
     with pytest.raises(WorkerError, match=rf"the worker on \S+{said}"):
         on_worker(fail if given else dict, *given, **other)
     assert on_worker(dict)[0] == {}
+
+
+def test_threads_of_a_worker_import_schemas_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Python 3.11 ended parts with a SystemError, as pydantic reads the source of classes."""
+    begun, beside = list[str](), list[str]()
+
+    def schema(name: str) -> None:
+        begun.append(name)
+        time.sleep(0.01)
+        beside.extend([name] * (begun[-1] != name))
+
+    monkeypatch.setattr(experiments, "schema", schema)
+    threads = [threading.Thread(target=on_worker, args=(dict,)) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert begun == [*experiments.names()] * 2
+    assert not beside
 
 
 @pytest.mark.parametrize(
