@@ -46,7 +46,7 @@ ROOM = "give it more, or fewer threads, for example by dask worker --nthreads 1 
 """Advice for a worker that runs out of memory."""
 PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
 """Modules of routes that workers use besides those of an experiment."""
-CONTINUES = "finished parts are kept, and the same command continues"
+CONTINUES = "the same command computes what is missing"
 _importing = threading.Lock()
 
 

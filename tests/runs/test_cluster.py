@@ -174,7 +174,7 @@ def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_sched
 
     if len(dask.processes) < 2:
         dask.worker()
-    with pytest.raises(WorkerError, match=r"went away; finished parts are kept"):
+    with pytest.raises(WorkerError, match=r"went away; the same command computes what is missing"):
         run("lost", disturb, dask.address)
     assert not caplog.records
     # These parts may be of one plane of several: the experiment reports its share itself.
@@ -338,9 +338,9 @@ def cancelled() -> Exception:
 @pytest.mark.parametrize(
     ("error", "said"),
     [
-        (lambda: OSError("Timed out"), "went away; finished parts are kept"),
-        (ConnectionResetError, "went away; finished parts are kept"),
-        (cancelled, "went away; finished parts are kept"),
+        (lambda: OSError("Timed out"), "went away; the same command computes what is missing"),
+        (ConnectionResetError, "went away; the same command computes what is missing"),
+        (cancelled, "went away; the same command computes what is missing"),
         (killed_worker, r"worker tcp://far:1 died .* lack of memory: give it more"),
     ],
 )
