@@ -34,6 +34,12 @@ if TYPE_CHECKING:
 
 POINTS = 60
 """Samples in a rotation of the pendulum, if no step is given: as many as in Fig. 5."""
+OPTIONS = {
+    "with --out": "as `folder`",
+    "with --name": "as `called`",
+    "overwrite it with --force": "remove it",
+}
+"""Advice of the command `run`, by its options, and what it is for :func:`run`."""
 MOST_SAMPLES, SAMPLE = 2_000_000, 350
 """Largest number of samples of an orbit, and bytes of memory that each takes while it is made."""
 MOST_ROTATIONS, ROTATION = 10_000_000, 3e-5
@@ -224,14 +230,20 @@ def run(
         overrides.check_name(ending, Origin("the values make no name: give one as `called`"))
     [[config]] = loading.load_swept([path], options, option="")
     config = replace(config, name=f"{path.stem}{ending}" if called is None else called)
-    planned = runner.plan(config, folder)
-    if planned.reason:
-        jobs = workers.cores() if jobs is None else jobs
-        expected = {config.name: cost} if (cost := runner.expected_seconds(planned)) else {}
-        with Progress(1, expected, patient=True) as display:
-            hear = partial(display.hear, config.name)
-            say = hear if progress is None else lambda x: progress(f"{config.name}: {x}")
-            runner.follow(planned, jobs, say)
+    try:
+        planned = runner.plan(config, folder)
+        if planned.reason:
+            jobs = workers.cores() if jobs is None else jobs
+            expected = {config.name: cost} if (cost := runner.expected_seconds(planned)) else {}
+            with Progress(1, expected, patient=True) as display:
+                hear = partial(display.hear, config.name)
+                say = hear if progress is None else lambda x: progress(f"{config.name}: {x}")
+                runner.follow(planned, jobs, say)
+    except files.StoreError as error:
+        said = str(error)
+        for option, here in OPTIONS.items():
+            said = said.replace(option, here)
+        raise type(error)(said) from None
     return load(planned.target)
 
 

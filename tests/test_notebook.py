@@ -160,6 +160,22 @@ def test_what_is_wrong_with_a_run_is_said(tmp_path: Path, given: Any, said: str)
 
 
 @pytest.mark.parametrize(
+    ("taken", "folder", "said"),
+    [
+        ("a", "a", r"choose another folder as `folder`$"),
+        ("FIG2.h5", ".", r"choose another as `called`$"),
+        ("fig2.h5", ".", r"move it away, or remove it$"),
+    ],
+)
+def test_what_is_in_the_way_is_told_with_arguments_not_with_options(
+    tmp_path: Path, taken: str, folder: str, said: str
+) -> None:
+    written(tmp_path, "", taken)
+    with pytest.raises(files.StoreError, match=said):
+        rigidpend.run("fig2", folder=tmp_path / folder)
+
+
+@pytest.mark.parametrize(
     ("name", "said"),
     [("none", "there is no such file"), ("fig4", "; call: rigidpend run fig4 --")],
 )

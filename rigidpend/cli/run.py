@@ -108,12 +108,14 @@ def run_command(
     paths = configs_of(names, folder, name)
     swept = loading.load_swept(paths, settings, sweeps, name)
     named = [(x, each) for x, some in zip(paths, swept, strict=True) for each in some]
-    _check_twins([(folder_of(x, folder) / each.name, x) for x, each in named])
+    _check_twins([(folder_of(x, folder).resolve() / each.name, x) for x, each in named])
     runs = Runs(jobs, scheduler, keep_going)
     for x, each in named:
         runs.plan(each, folder_of(x, folder), force)
     at_once, expected = runs.at_once(len(paths)), runs.expected
-    shown = Progress(len(runs.waiting), expected, at_once, quiet=quiet, verbose=verbose)
+    # Nobody knows how many configs a cluster has in progress: its workers come and go.
+    side_by_side = 0 if scheduler else at_once
+    shown = Progress(len(runs.waiting), expected, side_by_side, quiet=quiet, verbose=verbose)
     try:
         with shown:
             shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)

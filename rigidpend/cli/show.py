@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from rigidpend import experiments
-from rigidpend.cli.common import INTERNAL, exit_code, folder_of, print_json, print_table
+from rigidpend.cli.common import INTERNAL, exit_code, folder_of, print_json, print_table, sentence
 from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config import catalogue
 
@@ -69,7 +69,9 @@ def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
     except Exception as error:
         if exit_code(error) == INTERNAL:
             raise
-        told |= {"status": "cannot be used", "reason": str(error), "doubt": None}
+        # Python's own text of a system's refusal begins with a number.
+        said = sentence(error) if isinstance(error, OSError) else str(error)
+        told |= {"status": "cannot be used", "reason": said, "doubt": None}
     return told | {"in_all": catalogue.in_all(path), "config": path, "file": file}
 
 

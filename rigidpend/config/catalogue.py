@@ -94,7 +94,11 @@ def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
             complaints += error.complaints
     if complaints:
         raise ConfigError(complaints)
-    return list(dict.fromkeys(paths))
+    first: dict[Path, Path] = {}
+    for path in paths:
+        # A link keeps its own name, which is that of its result.
+        first.setdefault(path.parent.resolve() / path.name, path)
+    return list(first.values())
 
 
 def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:

@@ -24,6 +24,8 @@ LONGEST = 150
 """Largest number of characters of a name, which leaves room for suffixes of files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
 """Form of a name: no blank, no slash, and no dot or dash at its beginning."""
+CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+"""Characters, such as the end of a line, that no message can show."""
 IN_NAMES = str.maketrans({"/": "over", "*": "x", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Replacements in file names for characters of numbers."""
 
@@ -137,9 +139,11 @@ def check_name(name: str, origin: Origin) -> None:
 
 
 def check_free(name: str, origin: Origin) -> None:
-    """Refuse a name that a result cannot store as text, or that a certificate has."""
+    """Refuse a name that a result cannot store, or a line show, as text; or a certificate's."""
     if name != name.encode("utf-8", "replace").decode():
         raise ConfigError.of(origin, "the name of the file is not text in UTF-8: rename the file")
+    if CONTROL.search(name):
+        raise ConfigError.of(origin, f"no line can show the name {name!r}: rename the file")
     if name.casefold().endswith(CERTIFICATE):
         taken = f"names that end in {CERTIFICATE} are kept for proofs"
         raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")

@@ -36,6 +36,7 @@ class Progress:
 
     tqdm estimates the time left from the shares that each :class:`PartDone` reports, weighted by
     the expected seconds of the experiments, by name; without them an experiment counts as one.
+    `at_once` experiments share the machine; 0 if that is not known, and no whole time is told.
 
     A patient display shows nothing at first, since the work may soon be finished; a quiet one shows
     nothing at all, and a verbose one every line with its time.
@@ -122,7 +123,8 @@ class Progress:
         if late and self._bar is None and not self._quiet and not self._verbose:
             from tqdm import tqdm
 
-            of = f" of about {duration(self._whole / self._at_once)}" if self._expected else ""
+            known = self._expected and self._at_once
+            of = f" of about {duration(self._whole / self._at_once)}" if known else ""
             self._bar = tqdm(
                 total=self._whole,
                 # An earlier run may have done it, which tells nothing of the pace.

@@ -291,8 +291,8 @@ def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[Executor]:
         yield pool
     except BrokenExecutor:
         raise WorkerError(
-            "a worker process was killed, perhaps for lack of memory; finished parts are kept,"
-            " and the same command continues"
+            "a worker process was killed, perhaps for lack of memory; the same command computes"
+            " what is missing"
         ) from None
     except BaseException:
         end()

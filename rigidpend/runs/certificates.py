@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -103,7 +103,7 @@ def certify(
     for name, (problem, phases) in routes.items():
         # On a cluster each piece is one orbit for one worker.
         pieces = _pieces(
-            name, problem, phases, *((1, tell_nobody) if scheduler else (jobs, report))
+            name, problem, phases, parts.has, *((1, tell_nobody) if scheduler else (jobs, report))
         )
         proofs = parts.in_order(pieces)
         if scheduler:
@@ -262,18 +262,25 @@ def _same(text: str, phase: Exact) -> bool:
 
 
 def _pieces(
-    name: str, problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report
+    name: str,
+    problem: RouteProblem,
+    phases: Sequence[Exact],
+    stored: Callable[[str], bool],
+    jobs: int,
+    report: Report,
 ) -> list[Piece]:
-    """The proofs of an array, some orbits at a time."""
+    """The proofs of an array, some orbits at a time, or as many as a stored part has."""
     # Several processes share the orbits of a piece; with one, each orbit is stored at once.
-    at_once = AT_ONCE if jobs > 1 else 1
-    starts = range(0, len(phases), at_once)
-    some = {k: [phases[i] for i in range(k, min(k + at_once, len(phases)))] for k in starts}
-    # The name tells how many orbits, because another run may prove more or fewer at a time.
-    return [
-        Piece(f"{name}.{k:08d}.{len(few)}", partial(_part, problem, few, jobs, report))
-        for k, few in some.items()
-    ]
+    at_once, found, k = AT_ONCE if jobs > 1 else 1, list[Piece](), 0
+    while k < len(phases):
+        # The name tells how many orbits: an interrupted run may have proven others at a time.
+        counts = [min(n, len(phases) - k) for n in (at_once, AT_ONCE, 1)]
+        names = {n: f"{name}.{k:08d}.{n}" for n in counts}
+        count = next((n for n in names if stored(names[n])), counts[0])
+        few = [phases[i] for i in range(k, k + count)]
+        found.append(Piece(names[count], partial(_part, problem, few, jobs, report)))
+        k += count
+    return found
 
 
 def _joined(proofs: Iterable[Tree], name: str, count: int, report: Report) -> dict[str, Any]:

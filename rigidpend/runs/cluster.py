@@ -15,12 +15,13 @@ import platform
 import socket
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import Future, wait
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
+from rigidpend import experiments
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
 from rigidpend.machine import wording
@@ -45,7 +46,8 @@ ROOM = "give it more, or fewer threads, for example by dask worker --nthreads 1 
 """Advice for a worker that runs out of memory."""
 PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
 """Modules of routes that workers use besides those of an experiment."""
-CONTINUES = "finished parts are kept, and the same command continues"
+CONTINUES = "the same command computes what is missing"
+_importing = threading.Lock()
 
 
 def check_extra() -> None:
@@ -78,23 +80,26 @@ def computed(
     pieces: Sequence[Piece],
     report: Callable[[str], None],
 ) -> Iterator[Tree]:
-    """Let a cluster compute the parts that are not stored yet, then yield all parts in order.
+    """Let a cluster compute the parts that are not stored yet; yield all in order, as they come.
 
     Functions and arguments of pieces go to other machines, pickled; each part is stored as soon as
     it arrives, and counted for its worker. The engine is empty for closed forms.
     WorkerError if the scheduler does not answer, or if a worker has another version, lacks a
     library or memory, or dies repeatedly.
     """
-    missing = [piece for piece in pieces if not parts.has(piece.name)]
+    missing = {piece.name: piece for piece in pieces if not parts.has(piece.name)}
     if len(missing) < len(pieces):
         # Added, because an experiment with several arrays comes here for each of them.
         parts.crew["an earlier run, by the same code and engine"] += len(pieces) - len(missing)
-    if missing:
-        for tree, name, worker in gathered(address, experiment, engine, missing, report):
-            parts.keep(name, lambda: tree)  # noqa: B023
-            parts.crew[worker] += 1
-    # Read from disk one at a time: memory never holds all of them.
-    return parts.in_order(pieces)
+    with closing(gathered(address, experiment, engine, [*missing.values()], report)) as coming:
+        for piece in pieces:
+            while piece.name in missing:
+                tree, name, worker = next(coming)
+                parts.keep(name, lambda: tree)  # noqa: B023
+                parts.crew[worker] += 1
+                del missing[name]
+            # Read from disk one at a time: memory never holds all of them.
+            yield from parts.in_order([piece])
 
 
 def gathered(
@@ -103,7 +108,7 @@ def gathered(
     engine: str,
     pieces: Sequence[Piece],
     report: Callable[[str], None],
-) -> Iterator[tuple[Any, str, str]]:
+) -> Generator[tuple[Any, str, str], None, None]:
     """Outcomes of pieces on a cluster's workers, with names of piece and worker, as they arrive.
 
     Some pieces are sent ahead of those being computed. Arguments and errors are those of
@@ -112,7 +117,9 @@ def gathered(
     given = experiment, engine, facts_of(experiment, engine)
     waiting, names, done, idle = iter(pieces), dict[Any, str](), 0, False
     with _client(address) as client, named_errors(address):
-        report(f"cluster {address}: {len(pieces)} parts, {sum(client.nthreads().values())} threads")
+        threads = sum(client.nthreads().values())
+        every = wording.counted(len(pieces), "part")
+        report(f"cluster {address}: {every}, {wording.counted(threads, 'thread')}")
         while done < len(pieces):
             check_stop()
             threads = sum(client.nthreads().values())
@@ -130,7 +137,7 @@ def gathered(
                 tree, worker = _answer(client, future)
                 yield tree, names.pop(future), worker
                 # They may be a part of the experiment, which reports its share itself.
-                report(PartDone(f"cluster: {done} of {len(pieces)} parts"))
+                report(PartDone(f"cluster: {done} of {every}"))
 
 
 class _Call(NamedTuple):
@@ -228,14 +235,20 @@ def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) 
 
     The job is unpickled here, so that an error can name the worker.
     """
-    here, own = _name(), facts_of(experiment, engine)
-    for what, value in wanted.items():
-        if own[what] != value:
-            raise WorkerError(
-                f"the worker {here} has another {what} ({own[what]}) than this machine ({value}):"
-                " install the same rigidpend and the same libraries there"
-            )
+    here = _name()
     try:
+        # Classes of configs read their source when they are made, and Python 3.11 fails where two
+        # threads do so: the first part that comes imports all of them.
+        with _importing:
+            list(map(experiments.schema, experiments.names()))
+        own = facts_of(experiment, engine)
+        for what, value in wanted.items():
+            if own[what] != value:
+                raise WorkerError(
+                    f"the worker {here} has another {what} ({own[what]}) than this machine"
+                    f" ({value}): install the same rigidpend and the same libraries there, and"
+                    " start it anew"
+                )
         tree = pickle.loads(job).compute()
     except MemoryError:
         said = f"the worker {here} has not enough memory: {ROOM}; {CONTINUES}"

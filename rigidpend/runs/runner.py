@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rigidpend.runs.loading import LoadedConfig
 
 SECONDS = "seconds"
-"""Root attribute for the time that a result took, absent if the run continued from parts."""
+"""Root attribute for the time that a result took here, absent if the run continued from parts."""
 DOUBT = "doubt"
 """Root attribute for the count of uncertain symbols."""
 
@@ -186,7 +186,7 @@ def run(
                 **planned.fingerprint,
                 **chosen,
                 DOUBT: doubt(layout, data),
-                **({} if resumed else {SECONDS: time.perf_counter() - start}),
+                **({} if resumed or away else {SECONDS: time.perf_counter() - start}),
                 **(further or {}),
             }
             # A signal may have ended Git or a worker, and so have spoilt the provenance or data.

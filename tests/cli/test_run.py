@@ -217,3 +217,14 @@ def test_so_many_go_side_by_side_that_none_outlasts_all_others(
     runs.waiting = list(range(len(seconds)))
     runs.expected = {str(k): x for k, x in enumerate(seconds)}
     assert runs.at_once(files) == expected
+
+
+@pytest.mark.parametrize(("given", "at_once"), [(("-j1",), 1), (("--scheduler", "head:8786"), 0)])
+def test_of_a_cluster_the_whole_time_is_not_told(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, given: tuple[str, ...], at_once: int
+) -> None:
+    """It is unknown how many workers share the configs."""
+    shown = Mock(wraps=progress.Progress)
+    monkeypatch.setattr(run, "Progress", shown)
+    succeeded(desk, "run", "small.yaml", "-n", "--out", "new", *given)
+    assert shown.call_args.args[2] == at_once

@@ -1,11 +1,13 @@
 """What is shown of configs and results, and of what is kept and installed here."""
 
+import errno
 import json
 import re
 import shutil
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import h5py
 import pytest
@@ -13,7 +15,7 @@ from PIL import Image
 
 from rigidpend.machine import cache
 from rigidpend.results import store
-from rigidpend.runs import provenance
+from rigidpend.runs import provenance, runner
 from tests.cli.calls import REFERENCE, call, succeeded
 from tests.config.samples import FIG4, SMALL, changed, written
 
@@ -42,6 +44,16 @@ STATUS = {
     "m_slow": "to run: no result yet (by name only)",
     "mine": "up to date; ",
 }
+
+
+def test_list_tells_a_refusal_of_the_system_as_other_commands_do(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = PermissionError(errno.EACCES, "Permission denied", "shut/fig1.h5")
+    monkeypatch.setattr(runner, "plan", Mock(side_effect=refused))
+    reasons = {entry["reason"] for entry in json.loads(call(place, "list", "--json").stdout)}
+    assert "shut/fig1.h5: Permission denied" in reasons
+    assert not any("Errno" in reason for reason in reasons)
 
 
 @pytest.mark.slow

@@ -52,6 +52,8 @@ run fig4 fig1 --set problem= | 2 | --set problem=: problem: expected keys
 run fig4 fig1 fig2 --set problem.J1_0=1e-9 | 2 | fig2: --set problem.J1_0=1e-9: problem.J1_0: un
 run \udcff | 2 | no such config
 run \udcfe.yaml | 2 | the name of the file is not text in UTF-8: rename the file
+run a\x1bb.yaml | 2 | a?b.yaml: no line can show the name 'a\\x1bb': rename the file
+run small.yaml results/../results/small.h5 | 2 | small.h5 would both be stored as small.h5
 run fig4 --set problem.\udcff=1 | 2 | problem: input should be a valid string
 describe pipe.yaml | 2 | pipe.yaml: not a file
 render fig4 --out no | 3 | rigidpend: no/fig4.h5 is not there; call: rigidpend run fig4 --out no
@@ -118,13 +120,15 @@ report --out LONG | 1 | File name too long
 def strange(desk: Path) -> Path:
     """The desk, with twins of a config, a pipe, and a folder whose places are taken."""
     os.mkfifo(desk / "pipe.yaml")
-    for name in (NEARLY, "\udcfe"):
+    for name in (NEARLY, "\udcfe", "a\x1bb"):
         (desk / f"{name}.yaml").symlink_to("small.yaml")
     for folder in ("sub", "taken", "taken/fig1.h5", "taken/fig2.png"):
         (desk / folder).mkdir()
     for name in ("small", "Small"):
         written(desk / "sub", SMALL, f"{name}.yaml")
     shutil.copy(REFERENCE / "fig2.h5", desk / "taken")
+    (desk / "results").mkdir(exist_ok=True)
+    shutil.copy(REFERENCE / "fig4.h5", desk / "results" / "small.h5")
     os.mkfifo(desk / "taken" / "fig4.h5")
     return desk
 

@@ -77,6 +77,15 @@ def test_the_time_left_is_estimated_from_shares_by_what_experiments_are_expected
     assert log() == ""
 
 
+def test_where_it_is_unknown_how_many_go_side_by_side_no_whole_time_is_told(
+    log: Callable[[], str], clock: SimpleNamespace
+) -> None:
+    shown = Progress(2, {"a": 2.0, "b": 6.0}, 0)
+    clock.now = 4.0
+    shown.end("a", well=True)
+    assert log() == "[25 %, 00:04, 00:12 left] 1 of 2 done\n"
+
+
 def test_at_the_end_no_time_is_left_and_none_less_than_none(
     log: Callable[[], str], clock: SimpleNamespace
 ) -> None:

@@ -223,7 +223,7 @@ def test_processes_serve_work_that_holds_the_interpreter_and_are_heard(
     ("parts", "limit", "error", "said"),
     [
         (0, 60.0, ZeroDivisionError, "division"),
-        (2, 60.0, WorkerError, "was killed.*, and the same command continues"),
+        (2, 60.0, WorkerError, "was killed.*; the same command computes what is missing"),
         (4, 0.1, TimeoutError, r"ended at 0\.1 s"),
     ],
 )

@@ -14,7 +14,7 @@ import pytest
 
 from rigidpend import Body, certify_codes
 from rigidpend.machine import files
-from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.notebook import StoredResult
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
@@ -132,12 +132,27 @@ def test_each_orbit_that_is_not_wholly_proven_is_named_with_its_reason() -> None
 
 
 @pytest.mark.slow
-def test_what_one_process_has_begun_several_finish(folder: Path, tmp_path: Path) -> None:
-    """Though it keeps each orbit by itself, and they keep some together."""
+@pytest.mark.parametrize(("first", "then", "left"), [(1, 2, [1]), (2, 1, [])])
+def test_what_one_process_has_begun_several_finish_and_the_reverse(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    first: int,
+    then: int,
+    left: list[int],
+) -> None:
+    """One keeps each orbit by itself, several keep some together; none is proven again."""
     config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
+
+    def stop(line: str) -> None:
+        if isinstance(line, PartDone) and "orbits" in line:
+            raise Proving
+
     with pytest.raises(Proving):
-        certificates.certify(config, tmp_path, jobs=1, report=Mock(side_effect=Proving))
-    certificates.certify(config, tmp_path, jobs=2, report=tell_nobody)
+        certificates.certify(config, tmp_path, jobs=first, report=stop)
+    monkeypatch.setattr(codes, "proven_codes", proven := Mock(wraps=codes.proven_codes))
+    certificates.certify(config, tmp_path, jobs=then, report=tell_nobody)
+    assert [len(call.args[1]) for call in proven.call_args_list] == left
     ours, whole = (storage.read(x / FILE)["data"]["only"] for x in (tmp_path, folder))
     assert ours["theta2_0"].tolist() == whole["theta2_0"].tolist()
 

@@ -22,6 +22,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from rigidpend import experiments
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.route_map import compute
@@ -138,6 +139,9 @@ def test_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
         one, other = (read(tmp_path / folder / name) for folder in ("here", "there"))
         np.testing.assert_equal(one["data"], other["data"])
         assert "workers" not in one["provenance"]
+        # What a crowd of workers takes tells nothing of the time here.
+        times = [runner.SECONDS in x["attributes"] for x in (one, other)]
+        assert times == ([False, False] if "certificate" in name else [True, False])
         [(worker, count)] = json.loads(other["provenance"]["workers"]).items()
         assert count == (2 if "certificate" in name else 1)
         assert re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker)
@@ -170,7 +174,7 @@ def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_sched
 
     if len(dask.processes) < 2:
         dask.worker()
-    with pytest.raises(WorkerError, match=r"went away; finished parts are kept"):
+    with pytest.raises(WorkerError, match=r"went away; the same command computes what is missing"):
         run("lost", disturb, dask.address)
     assert not caplog.records
     # These parts may be of one plane of several: the experiment reports its share itself.
@@ -202,6 +206,24 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
         found = cluster.computed(*given, array, report=tell_nobody)
         assert len(list(found)) == len(array)
     assert parts.crew == {"an earlier run, by the same code and engine": 2, "far": 5}
+
+
+def test_a_part_is_given_on_as_soon_as_those_before_it_have_come(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else an experiment would report its share only when all parts are there."""
+    come: list[str] = []
+
+    def gathered(*_: Any) -> Iterator[Any]:
+        for name in "bacd":
+            come.append(name)
+            yield {"x": np.array(name.encode())}, name, "far"
+
+    monkeypatch.setattr(cluster, "gathered", gathered)
+    given = "tcp://nowhere:1", "route_map", "taylor", Parts(tmp_path / "x.h5", "a")
+    pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcd"]
+    found = [(str(tree["x"]), len(come)) for tree in cluster.computed(*given, pieces, tell_nobody)]
+    assert found == [("b'a'", 2), ("b'b'", 2), ("b'c'", 3), ("b'd'", 4)]
 
 
 @pytest.mark.slow
@@ -281,6 +303,7 @@ def test_some_parts_are_sent_ahead_and_each_comes_back_once(
     assert sum("no workers yet" in line for line in lines) == 2
     parts = [line for line in lines if isinstance(line, PartDone)]
     assert parts == [f"cluster: {k} of 10 parts" for k in range(1, 11)]
+    assert lines[0] == "cluster tcp://head:8786: 10 parts, 0 threads"
 
 
 @pytest.mark.parametrize("answers", [True, False])
@@ -315,9 +338,9 @@ def cancelled() -> Exception:
 @pytest.mark.parametrize(
     ("error", "said"),
     [
-        (lambda: OSError("Timed out"), "went away; finished parts are kept"),
-        (ConnectionResetError, "went away; finished parts are kept"),
-        (cancelled, "went away; finished parts are kept"),
+        (lambda: OSError("Timed out"), "went away; the same command computes what is missing"),
+        (ConnectionResetError, "went away; the same command computes what is missing"),
+        (cancelled, "went away; the same command computes what is missing"),
         (killed_worker, r"worker tcp://far:1 died .* lack of memory: give it more"),
     ],
 )
@@ -365,6 +388,27 @@ def test_what_a_worker_lacks_or_has_otherwise_is_said_of_it(
     with pytest.raises(WorkerError, match=rf"the worker on \S+{said}"):
         on_worker(fail if given else dict, *given, **other)
     assert on_worker(dict)[0] == {}
+
+
+def test_threads_of_a_worker_import_schemas_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Python 3.11 ended parts with a SystemError, as pydantic reads the source of classes."""
+    begun, beside = list[str](), list[str]()
+
+    def schema(name: str) -> None:
+        begun.append(name)
+        time.sleep(0.01)
+        beside.extend([name] * (begun[-1] != name))
+
+    monkeypatch.setattr(experiments, "schema", schema)
+    threads = [threading.Thread(target=on_worker, args=(dict,)) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert begun == [*experiments.names()] * 2
+    assert not beside
 
 
 @pytest.mark.parametrize(
