@@ -22,7 +22,7 @@ from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed, proof_of
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate, check_full_shift, check_intervals
+from scripts import check_certificate, check_full_shift, check_intervals, check_sections
 from scripts.check_certificate import Fails, Interval, Refused
 from tests.bodies import FIG4, problem
 from tests.cli.calls import REFERENCE
@@ -348,6 +348,8 @@ def test_a_second_config_that_is_none_is_refused_in_a_sentence(
         (("4", "sqrt(2)", "3"), ("1", "2", "0"), "1e-3", "40", "tan(1)", "-atan(7)"),
         # J2_0 = 1/2 exactly, a power of two.
         (("2", "1", "3/2"), ("3", "4", "0"), "1/1000", "1/6", "1/8", "-100"),
+        # An interval of 0 reaches below it.
+        (("2", "1", "3/2"), ("cos(pi/2)", "1", "0"), "1/1000", "1.3342", "1e-8", "1"),
     ],
 )
 def test_the_problem_is_enclosed_as_in_the_package(
@@ -370,3 +372,19 @@ def test_the_problem_is_enclosed_as_in_the_package(
         assert max(x.high - x.low for x in (mine, theirs)) < 1 << 28
         assert mine.low <= theirs.high
         assert theirs.low <= mine.high
+
+
+@pytest.mark.parametrize("r", [("-1e-9", "1", "0"), ("1", "-sqrt(2)", "0"), ("1", "1", "1e-9")])
+def test_a_body_that_the_pages_are_not_about_is_refused(r: tuple[str, ...]) -> None:
+    given = {"A": ("2", "1", "3/2"), "r": r, "mu": "1/1000", "h0": "1", "J1_0": "1e-8"}
+    with pytest.raises(Refused, match="r1, r2 >= 0 = r3 is broken"):
+        check_certificate.problem_of(given, Fraction(0))
+    with pytest.raises(Refused, match="r1, r2 >= 0 = r3 is broken"):
+        check_sections.problem_of(given)
+
+
+def test_a_weight_of_the_other_sign_is_refused_where_phases_follow_from_it() -> None:
+    """Else starts with theta2_0 + pi would be called those with theta2_0."""
+    check_sections.problem_of({**GIVEN, "mu": "0"})
+    with pytest.raises(Refused, match="mu >= 0 is broken"):
+        check_sections.problem_of({**GIVEN, "mu": "-1/1000"})
