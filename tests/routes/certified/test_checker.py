@@ -17,7 +17,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.certified import approximation, codes
+from rigidpend.routes.certified import approximation, codes, orbit
 from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed, proof_of
 from rigidpend.routes.certified.pieces import Step
@@ -388,3 +388,60 @@ def test_a_weight_of_the_other_sign_is_refused_where_phases_follow_from_it() -> 
     check_sections.problem_of({**GIVEN, "mu": "0"})
     with pytest.raises(Refused, match="mu >= 0 is broken"):
         check_sections.problem_of({**GIVEN, "mu": "-1/1000"})
+
+
+# ---- What hardly shows in a proof, by formulas of the page.
+
+
+def test_H2_a_constant_counts_with_all_that_it_may_be(steps: list[Step]) -> None:
+    step = check_certificate.Step(*steps[-1])
+    p = check_certificate.problem_of(Start()._asdict(), Fraction(1))
+    wide = Interval(p.lam.low, p.lam.high + (1 << Interval.digits - 10))
+    sharp, loose = (check_certificate.defect(x, step)[1] for x in (p, p._replace(lam=wide)))
+    _, Qm, M3, *_ = step.series
+    ends = (check_certificate.at_end(w, 1) for w in (Qm, M3))
+    least = abs(math.prod(Fraction(x, 2 << step.bits) for x in ends))
+    most = math.prod(Fraction(check_certificate.most(w), 1 << step.bits) for w in (Qm, M3))
+    length = Fraction(step.half, 1 << check_certificate.CLOCK) / 1024
+    assert 0 < 0.99 * length * least < loose - sharp < 1.01 * length * most
+
+
+@pytest.mark.parametrize("mu", ["0", "1/1000"])
+def test_H3_gamma_in_a_wide_tube_turns_momentum_the_more(mu: str) -> None:
+    """Where M3 = 0 only that makes orbits part: without a weight much of it is the tube's width."""
+    start, begin, half = Start(mu=mu), Fraction(1, 1024), 4
+    walk = check_certificate.Walk(check_certificate.problem_of(start._asdict(), Fraction(1)))
+    step = check_certificate.Step(half << check_certificate.CLOCK, BITS, [])
+    found = walk.tube(step, begin, lambda _: (0, 0), 32)
+    growth = enclosed(start.problem, PHASE, 128).numbers.growth
+    E = arb(4 * begin.numerator) / begin.denominator
+    rate = growth.rate(E / 2 / growth.upright, E)
+    expected = float(begin) * math.exp(2 * half * float(rate))
+    assert float(found) == pytest.approx(expected, rel=1e-9, abs=0)
+
+
+def test_H5_orbits_have_a_Q_farther_from_zero_than_polynomials(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On a long step with small Q the rate of M3 is off by B^2 too."""
+    start, bound, half, bits = Start(mu="0"), 1 / 64, 8, 60
+    monkeypatch.setattr(orbit, "joined", lambda *_: [arb(0)])
+    monkeypatch.setattr(orbit, "defects", lambda *_: [arb(0)])
+    monkeypatch.setattr(orbit, "tube", lambda *_: (arb(bound), None))
+    p = check_certificate.problem_of(start._asdict(), Fraction(1))
+
+    def both(rate: float) -> list[Callable[[], Any]]:
+        Q, M3 = (round(x * 2**bits) for x in (2 * 2 * bound, rate))
+        series = [[Q, 0], [0, 0], [0, M3], [0, 0], [0, 0], [0, 0]]
+        step = Step(half << check_certificate.CLOCK, bits, series)
+        own = OrbitChecker(enclosed(start.problem, PHASE, 128))
+        walk, other = check_certificate.Walk(p), check_certificate.Step(*step)
+        return [
+            lambda: own.take(step),
+            lambda: walk.crossing(other, range(8, 24), Fraction(bound), 32, 1),
+        ]
+
+    limit = same_limit("H5: M3 crosses", 1.0, 0.025, both)
+    lam, sigma = (float(x.above) for x in (p.lam, p.sigma))
+    expected = half * 2 * 3 * bound / (4 * lam) * bound + bound / sigma
+    assert limit == pytest.approx(expected, rel=0.005, abs=0)
