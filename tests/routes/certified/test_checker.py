@@ -399,9 +399,10 @@ def test_H2_a_constant_counts_with_all_that_it_may_be(steps: list[Step]) -> None
     wide = Interval(p.lam.low, p.lam.high + (1 << Interval.digits - 10))
     sharp, loose = (check_certificate.defect(x, step)[1] for x in (p, p._replace(lam=wide)))
     _, Qm, M3, *_ = step.series
-    ends = (check_certificate.at_end(w, 1) for w in (Qm, M3))
-    least = abs(math.prod(Fraction(x, 2 << step.bits) for x in ends))
-    most = math.prod(Fraction(check_certificate.most(w), 1 << step.bits) for w in (Qm, M3))
+    one, other = (Fraction(check_certificate.at_end(w, 1), 2 << step.bits) for w in (Qm, M3))
+    least = abs(one * other)
+    one, other = (Fraction(check_certificate.most(w), 1 << step.bits) for w in (Qm, M3))
+    most = one * other
     length = Fraction(step.half, 1 << check_certificate.CLOCK) / 1024
     assert 0 < 0.99 * length * least < loose - sharp < 1.01 * length * most
 
