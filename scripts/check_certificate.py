@@ -114,9 +114,6 @@ class Interval:
     def __rtruediv__(self, other: Any) -> Interval:
         return Interval.of(other) / self
 
-    def __ge__(self, other: int) -> bool:
-        return self.low >= other << self.digits
-
     def __pow__(self, n: int) -> Interval:
         found = self if n else Interval.of(1)
         for _ in range(abs(n) - 1):
@@ -309,7 +306,9 @@ def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
     mu, h0, J1 = (number(given[key]) for key in ("mu", "h0", "J1_0"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
-    if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
+    # A cosine that is 0 may be a little less, as far as is known: the formulas hold there too.
+    positive = all(Interval.of(x).high >= 0 for x in (r1, r2))
+    if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and positive):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
     # c and s are cos(alpha0/2) and sin(alpha0/2): of the body's angles only sines and cosines of
     # their halves are needed, which are roots.

@@ -119,8 +119,13 @@ def problem_of(given: dict[str, Any]) -> Problem:
     held, shift, spread = "h" not in given, given.get("shift", 0), given.get("spread", 0)
     mu, h = (Interval.of(number(given[name])) for name in ("mu", "h0" if held else "h"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
-    if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
+    # A cosine that is 0 may be a little less, as far as is known: the formulas hold there too.
+    positive = all(Interval.of(x).high >= 0 for x in (r1, r2))
+    if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and positive):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
+    # Of another sign `phases` would take r for its opposite.
+    if mu.low < 0:
+        raise Refused("mu >= 0 is broken, or cannot be told")
     c = sqrt(Interval.of(A2 * (A1 - A3) / (A3 * (A1 - A2))))
     s = sqrt(Interval.of(A1 * (A3 - A2) / (A3 * (A1 - A2))))
     length, kappa = sqrt(Interval.of(r1 * r1 + r2 * r2)), Interval.of(A1 * A2 / (A3 * (A1 - A2)))

@@ -66,7 +66,8 @@ REFUSED = {
     },
     "fig4_zoom": {
         "problem.mu=0": "problem.mu: without a weight no orbit returns",
-        "problem.between=[4.7, 47/10]": "expected two phases that differ, got 4.7 and 47/10",
+        "problem.between=[4.7, 47/10]": "the smaller one first, got 4.7 and 47/10",
+        "problem.between=[4.8, 4.7]": "expected two phases, the smaller one first, got 4.8 and 4.7",
         "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
         "problem.step=0": "step must be greater than 0, got 0",
         "problem.step=1e-190": "the last level's step would be 1e-201, below 1e-200",

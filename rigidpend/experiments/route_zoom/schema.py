@@ -25,7 +25,9 @@ class Problem(RouteStart):
     """Arrays of ever finer phases around an orbit at which a symbol changes."""
 
     between: tuple[Number, Number]
-    """Two phases theta2_0, radians, at which the symbol differs and those before it are equal."""
+    """Two phases theta2_0, radians, at which the symbol differs and those before it are equal.
+
+    The smaller one comes first."""
     symbol: Annotated[Whole, Field(ge=1)] = 1
     """Number of the symbol that changes."""
     step: Number
@@ -48,8 +50,10 @@ class Problem(RouteStart):
         if self.symbol > self.n_symbols:
             raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
         first, second = self.between
-        if not float(second - first):
-            raise ValueError(f"expected two phases that differ, got {first} and {second}")
+        if not float(second - first) > 0:
+            raise ValueError(
+                f"expected two phases, the smaller one first, got {first} and {second}"
+            )
         if not float(self.step) > 0:
             raise ValueError(f"step must be greater than 0, got {self.step}")
         quotient = str(self.factor.fraction or self.factor)

@@ -17,12 +17,12 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.certified import approximation, codes
+from rigidpend.routes.certified import approximation, codes, orbit
 from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed, proof_of
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate, check_full_shift, check_intervals
+from scripts import check_certificate, check_full_shift, check_intervals, check_sections
 from scripts.check_certificate import Fails, Interval, Refused
 from tests.bodies import FIG4, problem
 from tests.cli.calls import REFERENCE
@@ -348,6 +348,8 @@ def test_a_second_config_that_is_none_is_refused_in_a_sentence(
         (("4", "sqrt(2)", "3"), ("1", "2", "0"), "1e-3", "40", "tan(1)", "-atan(7)"),
         # J2_0 = 1/2 exactly, a power of two.
         (("2", "1", "3/2"), ("3", "4", "0"), "1/1000", "1/6", "1/8", "-100"),
+        # An interval of 0 reaches below it.
+        (("2", "1", "3/2"), ("cos(pi/2)", "1", "0"), "1/1000", "1.3342", "1e-8", "1"),
     ],
 )
 def test_the_problem_is_enclosed_as_in_the_package(
@@ -370,3 +372,77 @@ def test_the_problem_is_enclosed_as_in_the_package(
         assert max(x.high - x.low for x in (mine, theirs)) < 1 << 28
         assert mine.low <= theirs.high
         assert theirs.low <= mine.high
+
+
+@pytest.mark.parametrize("r", [("-1e-9", "1", "0"), ("1", "-sqrt(2)", "0"), ("1", "1", "1e-9")])
+def test_a_body_that_the_pages_are_not_about_is_refused(r: tuple[str, ...]) -> None:
+    given = {"A": ("2", "1", "3/2"), "r": r, "mu": "1/1000", "h0": "1", "J1_0": "1e-8"}
+    with pytest.raises(Refused, match="r1, r2 >= 0 = r3 is broken"):
+        check_certificate.problem_of(given, Fraction(0))
+    with pytest.raises(Refused, match="r1, r2 >= 0 = r3 is broken"):
+        check_sections.problem_of(given)
+
+
+def test_a_weight_of_the_other_sign_is_refused_where_phases_follow_from_it() -> None:
+    """Else starts with theta2_0 + pi would be called those with theta2_0."""
+    check_sections.problem_of({**GIVEN, "mu": "0"})
+    with pytest.raises(Refused, match="mu >= 0 is broken"):
+        check_sections.problem_of({**GIVEN, "mu": "-1/1000"})
+
+
+# ---- What hardly shows in a proof, by formulas of the page.
+
+
+def test_H2_a_constant_counts_with_all_that_it_may_be(steps: list[Step]) -> None:
+    step = check_certificate.Step(*steps[-1])
+    p = check_certificate.problem_of(Start()._asdict(), Fraction(1))
+    wide = Interval(p.lam.low, p.lam.high + (1 << Interval.digits - 10))
+    sharp, loose = (check_certificate.defect(x, step)[1] for x in (p, p._replace(lam=wide)))
+    _, Qm, M3, *_ = step.series
+    one, other = (Fraction(check_certificate.at_end(w, 1), 2 << step.bits) for w in (Qm, M3))
+    least = abs(one * other)
+    one, other = (Fraction(check_certificate.most(w), 1 << step.bits) for w in (Qm, M3))
+    most = one * other
+    length = Fraction(step.half, 1 << check_certificate.CLOCK) / 1024
+    assert 0 < 0.99 * length * least < loose - sharp < 1.01 * length * most
+
+
+@pytest.mark.parametrize("mu", ["0", "1/1000"])
+def test_H3_gamma_in_a_wide_tube_turns_momentum_the_more(mu: str) -> None:
+    """Where M3 = 0 only that makes orbits part: without a weight much of it is the tube's width."""
+    start, begin, half = Start(mu=mu), Fraction(1, 1024), 4
+    walk = check_certificate.Walk(check_certificate.problem_of(start._asdict(), Fraction(1)))
+    step = check_certificate.Step(half << check_certificate.CLOCK, BITS, [])
+    found = walk.tube(step, begin, lambda _: (0, 0), 32)
+    growth = enclosed(start.problem, PHASE, 128).numbers.growth
+    E = arb(4 * begin.numerator) / begin.denominator
+    rate = growth.rate(E / 2 / growth.upright, E)
+    expected = float(begin) * math.exp(2 * half * float(rate))
+    assert float(found) == pytest.approx(expected, rel=1e-9, abs=0)
+
+
+def test_H5_orbits_have_a_Q_farther_from_zero_than_polynomials(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On a long step with small Q the rate of M3 is off by B^2 too."""
+    start, bound, half, bits = Start(mu="0"), 1 / 64, 8, 60
+    monkeypatch.setattr(orbit, "joined", lambda *_: [arb(0)])
+    monkeypatch.setattr(orbit, "defects", lambda *_: [arb(0)])
+    monkeypatch.setattr(orbit, "tube", lambda *_: (arb(bound), None))
+    p = check_certificate.problem_of(start._asdict(), Fraction(1))
+
+    def both(rate: float) -> list[Callable[[], Any]]:
+        Q, M3 = (round(x * 2**bits) for x in (2 * 2 * bound, rate))
+        series = [[Q, 0], [0, 0], [0, M3], [0, 0], [0, 0], [0, 0]]
+        step = Step(half << check_certificate.CLOCK, bits, series)
+        own = OrbitChecker(enclosed(start.problem, PHASE, 128))
+        walk, other = check_certificate.Walk(p), check_certificate.Step(*step)
+        return [
+            lambda: own.take(step),
+            lambda: walk.crossing(other, range(8, 24), Fraction(bound), 32, 1),
+        ]
+
+    limit = same_limit("H5: M3 crosses", 1.0, 0.025, both)
+    lam, sigma = (float(x.above) for x in (p.lam, p.sigma))
+    expected = half * 2 * 3 * bound / (4 * lam) * bound + bound / sigma
+    assert limit == pytest.approx(expected, rel=0.005, abs=0)
