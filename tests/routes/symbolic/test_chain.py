@@ -283,3 +283,9 @@ def test_invariants_settle_at_their_roundings(monkeypatch: pytest.MonkeyPatch) -
     np.testing.assert_allclose(-np.log(np.abs(I)) / here.rates(I).exponent, growth, rtol=1e-14)
     low, high = (here.invariants(signs, growth + off)[0] for off in (-1e-5, 1e-5))
     np.testing.assert_allclose(slope, (high - low) / 2e-5, rtol=1e-9)
+
+
+def test_the_slope_of_the_energy_is_its_derivative() -> None:
+    orbits = orbits_of(problem())
+    rise = float(orbits.energy(1 + 1e-3) - orbits.energy(1 - 1e-3))
+    assert orbits.energy_slope(1) == pytest.approx(rise / 2e-3, rel=1e-5, abs=0)
