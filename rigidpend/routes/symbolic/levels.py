@@ -183,8 +183,9 @@ class ChainLevel:
             depth = -np.log(size) / rates.exponent
             slope = -1 / (1 / (I * rates.exponent) + depth * rates.exponent_slope / rates.exponent)
             ratio = np.clip(slope * (growth - depth) / I, -0.9, 9.0)
-            size = np.minimum(size * (1 + ratio), self.widest_I)
-            if np.abs(ratio).max(initial=0.0) < 1e-15:
+            before, size = size, np.minimum(size * (1 + ratio), self.widest_I)
+            # Roundings of ln|I|, which is up to some 40, go on to change |I| by a few 1e-15.
+            if np.abs(size / before - 1).max(initial=0.0) < 1e-14:
                 break
         return np.asarray(signs * size, dtype=float), slope
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.chain import (
     MOVED,
@@ -264,3 +265,27 @@ def test_a_passage_whose_invariant_is_below_all_doubles_is_refused_without_a_war
     assert abs(chain_through(system, np.array([0, 300]), 0.0).I[0]) > 0
     with pytest.raises(NoOrbit, match=r"a passage with 900 half rotations is below all doubles"):
         chain_through(system, np.array([0, 900]), 0.0)
+
+
+def test_invariants_settle_at_their_roundings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's method squares what is left: three sums of the rates, and not all eight."""
+    here, sums, rates = level(), [], ChainLevel.rates
+    signs, growth = np.array([1, -1, 1]), np.pi * np.array([8.0, 11.0, 25.0])
+
+    def counted(self: ChainLevel, I: Array) -> Any:
+        sums.append(I)
+        return rates(self, I)
+
+    monkeypatch.setattr(ChainLevel, "rates", counted)
+    I, slope = here.invariants(signs, growth)
+    assert len(sums) <= 4
+    np.testing.assert_array_equal(np.sign(I), signs)
+    np.testing.assert_allclose(-np.log(np.abs(I)) / here.rates(I).exponent, growth, rtol=1e-14)
+    low, high = (here.invariants(signs, growth + off)[0] for off in (-1e-5, 1e-5))
+    np.testing.assert_allclose(slope, (high - low) / 2e-5, rtol=1e-9)
+
+
+def test_the_slope_of_the_energy_is_its_derivative() -> None:
+    orbits = orbits_of(problem())
+    rise = float(orbits.energy(1 + 1e-3) - orbits.energy(1 - 1e-3))
+    assert orbits.energy_slope(1) == pytest.approx(rise / 2e-3, rel=1e-5, abs=0)

@@ -232,16 +232,30 @@ def test_an_exponent_beside_zero_errs_by_a_root_of_what_its_trace_does(side: int
 def test_an_orbit_that_does_not_come_to_close_is_not_verified(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
-    found = closed_orbit(body, "1", h="0.25")
-    with pytest.raises(
-        NoOrbit, match=r"of 1 does not come to close: a correction is .*are split by 3e-14"
-    ):
-        closing(found)
-    # Nor is one that is corrected once.
-    monkeypatch.setattr("rigidpend.routes.symbolic.closed.GAINED", 100)
-    with pytest.raises(NoOrbit, match=r"the orbit of 0 does not come to close, by \d"):
-        closing(closed(level(), (0,), TURNS))
+    """Corrections that gain too little, or are more than roundings explain, prove nothing."""
+    orbit = closed(level(), (0,), TURNS)
+    with monkeypatch.context() as patch:
+        patch.setattr("rigidpend.routes.symbolic.closed.GAINED", 100)
+        with pytest.raises(NoOrbit, match=r"the orbit of 0 does not come to close, by \d"):
+            closing(orbit)
+    monkeypatch.setattr("rigidpend.routes.symbolic.closed.MOVED", 1e-17)
+    with pytest.raises(NoOrbit, match=r"come to close: a correction is .*are split by 0\.0004"):
+        closing(orbit)
+
+
+@pytest.mark.parametrize("word", ["1", "011"])
+def test_where_surfaces_bend_by_more_than_splits_them_orbits_are_verified(word: str) -> None:
+    """By 3e-14; along straight lines the first correction would lead away."""
+    found = closing(closed_orbit(Body(("1.05", "0.92", 1), (1, 10, 0), "1e-5"), word, h="0.25"))
+    assert found.error < found.expected < 1e-6
+    assert 1e-7 < found.moved < 1e-5
+
+
+def test_numbers_without_spare_bits_gain_nothing_below_their_roundings() -> None:
+    """There a passage rounds up to eleven times as much as its tolerance tells."""
+    body = Body(("1.534", "1.296", "1.44"), ("0.983", "0.184", 0), "0.000179")
+    found = closing(closed_orbit(body, "011", h="1.0882"), 106)
+    assert found.error < found.expected < 1e-10
 
 
 @pytest.mark.slow

@@ -60,6 +60,7 @@ def test_addresses_are_read_and_told(code: Any, address: Address, text: str) -> 
         ("a", "one symbol"),
         ("0^", r"\^"),
         (Address(0, (0, 1), (9,)), "as many"),
+        (Address(0, (0, 1), (9, 9, 9)), "as many"),
         (Address(2, (0, 1), None), "first cell"),
         ([0, 2], "0 and 1"),
     ],
@@ -219,7 +220,7 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
         (FIG4, "01", {**START, "near": "1e400"}, ParameterError, "near must be a finite double"),
         (FIG4, "01", {**START, "jobs": 0}, ParameterError, "jobs must be a whole number from 1"),
         (TOO_HEAVY, "01", START, MapError, "too large|does not reach"),
-        (FIG4, "a 0^35", START, NoOrbit, "passage 1 takes so long .* 31 half rotations or fewer"),
+        (FIG4, "a 0^36", START, NoOrbit, "passage 1 takes so long .* 31 half rotations or fewer"),
         # No orbit changes sides at a downward crossing.
         (HESS, "11", START, NoOrbit, "Hess case or near it: .* at downward crossings"),
         # Legs do not meet.
@@ -271,6 +272,26 @@ def test_digits_that_are_not_gained_are_not_told(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("rigidpend.routes.symbolic.refine.ROUNDS", 1)
     with pytest.raises(NoOrbit, match=r"integration follows the map to 1\d digits only"):
         find_orbit(FIG4, "a 0^11", **START, digits=28)
+
+
+@pytest.mark.parametrize(("off", "found"), [(5e-5, True), (5e-4, False)])
+def test_crossings_that_the_map_puts_badly_are_found_from_four_digits_on(
+    off: float, found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So badly as roundings put those of nearly symmetric bodies."""
+    given: Any = (FIG4, "a 0^11 1^11")
+    right = find_orbit(*given, **START, digits=12)
+
+    def moved(orbits: Any, chain: Any, *given: Any) -> Any:
+        # The last crossing stays in the middle of its cell.
+        return refined(orbits, chain._replace(chi=chain.chi + off * np.array([1, -1, 0])), *given)
+
+    monkeypatch.setattr(find, "refined", moved)
+    if found:
+        assert find_orbit(*given, **START, digits=12).theta2_0 == right.theta2_0
+    else:
+        with pytest.raises(NoOrbit, match="integration does not find the crossings where the map"):
+            find_orbit(*given, **START, digits=12)
 
 
 def test_delays_of_passages_behind_the_map_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
