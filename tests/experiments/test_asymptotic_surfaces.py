@@ -78,6 +78,21 @@ def test_points_are_compared_where_both_have_one_and_phases_also_across_the_cut(
     assert len(theta1("theta1", *both)) == told
 
 
+@pytest.mark.parametrize("J1", [[1.0, 1.0, 0.9, 0.3], [1e-9] + 1500 * [0.1, 0.9]])
+def test_ratios_that_round_to_1_and_errors_beyond_doubles_are_compared(J1: list[float]) -> None:
+    count = len(J1)
+    within: Any = CURVES["S2_plus"]["J1_over_J2"].within
+    stored = {
+        "offsets": np.array([0, count]),
+        "sample": 10 * np.arange(count),
+        "theta1": np.zeros(count),
+    }
+    stored["J1_over_J2"] = np.array(J1)
+    assert within("J1_over_J2", stored, stored) == []
+    fresh = stored | {"J1_over_J2": np.array(J1) + (np.arange(count) < 1) * 1e-11}
+    assert len(within("J1_over_J2", stored, fresh)) == 1
+
+
 def test_errors_grow_with_each_passage_and_no_more_than_in_theory() -> None:
     """In a window of 100 swings of a heavy body orbits come back to J1 = J2/2 many times."""
     A = exact(1), exact("0.324"), exact("0.87")
