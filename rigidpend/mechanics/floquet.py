@@ -116,6 +116,9 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
             if said == str(error):
                 raise
             said, theta1 = str(error), np.array([np.nan])
+        except np.linalg.LinAlgError:
+            # A long step may grow so that its matrix is singular in doubles.
+            theta1 = np.array([np.nan])
         # Every second start of the fine steps is a start of the coarse ones.
         if np.abs(theta1[::2] - coarse).max() < SETTLED:
             period = float(pendulum.period(p, h0, math))
