@@ -240,10 +240,9 @@ def run(
                 say = hear if progress is None else lambda x: progress(f"{config.name}: {x}")
                 runner.follow(planned, jobs, say)
     except files.StoreError as error:
-        said = str(error)
         for option, here in OPTIONS.items():
-            said = said.replace(option, here)
-        raise type(error)(said) from None
+            error.args = (str(error).replace(option, here),)
+        raise
     return load(planned.target)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 import time
@@ -108,7 +109,8 @@ def run_command(
     paths = configs_of(names, folder, name)
     swept = loading.load_swept(paths, settings, sweeps, name)
     named = [(x, each) for x, some in zip(paths, swept, strict=True) for each in some]
-    _check_twins([(folder_of(x, folder).resolve() / each.name, x) for x, each in named])
+    # Unlike Path.resolve it raises nothing at links that go around in a circle.
+    _check_twins([(Path(os.path.realpath(folder_of(x, folder)), y.name), x) for x, y in named])
     runs = Runs(jobs, scheduler, keep_going)
     for x, each in named:
         runs.plan(each, folder_of(x, folder), force)

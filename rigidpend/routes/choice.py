@@ -281,7 +281,7 @@ def contradicted(
 
     They are integrated once, in the least of the given precisions that confirms the first symbol of
     half of them; where that finds other symbols than are certain, all precisions decide whether it
-    is right. Then comes True if the least precision of all was enough.
+    is right. Then comes False if the least precision tells little: another one had to confirm them.
     """
 
     def differing(found: Crossings, columns: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -293,15 +293,17 @@ def contradicted(
         close = certainty.agreement(
             columns_of(known.crossings, sample), once, rate, certainty.LIMIT_OF_TWO
         )
-        if telling := bool(2 * np.count_nonzero(close[0]) >= sample.size):
+        if confirmed := 2 * np.count_nonzero(close[0]) >= sample.size:
             break
-    doubted, enough = sample[differing(once, sample).any(axis=0)], telling and bits == precisions[0]
+    # A map whose crossings are wrong is confirmed by none, and is not spared the larger sample.
+    telling = not confirmed or bits == precisions[0]
+    doubted = sample[differing(once, sample).any(axis=0)]
     if not doubted.size:
-        return doubted, enough
+        return doubted, telling
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
         return integrated(bits, scales, doubted[columns])
 
     again = certainty.decide(compute, doubted.size, rate, rungs(precisions))
     wrong = (again.certain & differing(again.crossings, doubted)).any(axis=0)
-    return doubted[wrong], enough
+    return doubted[wrong], telling

@@ -276,7 +276,9 @@ def _pieces(
         # The name tells how many orbits: an interrupted run may have proven others at a time.
         counts = [min(n, len(phases) - k) for n in (at_once, AT_ONCE, 1)]
         names = {n: f"{name}.{k:08d}.{n}" for n in counts}
-        count = next((n for n in names if stored(names[n])), counts[0])
+        # Those of a cluster, each of one orbit, are stored in any order.
+        alone = any(stored(f"{name}.{i:08d}.1") for i in range(k, k + counts[0]))
+        count = next((n for n in names if stored(names[n])), 1 if alone else counts[0])
         few = [phases[i] for i in range(k, k + count)]
         found.append(Piece(names[count], partial(_part, problem, few, jobs, report)))
         k += count

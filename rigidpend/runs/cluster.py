@@ -135,9 +135,9 @@ def gathered(
             for future in _ready(client, list(names)):
                 done += 1
                 tree, worker = _answer(client, future)
-                yield tree, names.pop(future), worker
                 # They may be a part of the experiment, which reports its share itself.
                 report(PartDone(f"cluster: {done} of {every}"))
+                yield tree, names.pop(future), worker
 
 
 class _Call(NamedTuple):

@@ -110,6 +110,7 @@ render fig2 --out taken | 1 | rigidpend: taken/fig2.png: a folder is in the plac
 run LONG.yaml | 1 | File name too long
 run NEARLY.yaml | 1 | File name too long
 run small.yaml --out LONG | 1 | File name too long
+run small.yaml --out loop | 1 | loop is not writable (File exists); choose another folder
 render fig4 --out LONG | 3 | fig4.h5 is not there
 report --out LONG | 1 | File name too long
 """
@@ -120,6 +121,7 @@ report --out LONG | 1 | File name too long
 def strange(desk: Path) -> Path:
     """The desk, with twins of a config, a pipe, and a folder whose places are taken."""
     os.mkfifo(desk / "pipe.yaml")
+    (desk / "loop").symlink_to("loop")
     for name in (NEARLY, "\udcfe", "a\x1bb"):
         (desk / f"{name}.yaml").symlink_to("small.yaml")
     for folder in ("sub", "taken", "taken/fig1.h5", "taken/fig2.png"):

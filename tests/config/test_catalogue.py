@@ -42,6 +42,8 @@ def test_a_config_here_goes_before_the_shipped_ones_and_adds_to_them(here: Path)
     assert [path.stem for path in catalogue.resolve(("mine", "fig4", "mine"))] == ["mine", "fig4"]
     paths = "configs/mine.yaml", "configs/../configs/mine.yaml", str(here / "configs/mine.yaml")
     assert catalogue.resolve(paths) == [Path(paths[0])]
+    (here / "twin.yaml").symlink_to("configs/mine.yaml")
+    assert len(catalogue.resolve(("configs/mine.yaml", "twin.yaml", "./twin.yaml"))) == 2
     written(here, SMALL, "fig4.yaml")
     configs = Path("configs", "fig4.yaml")
     assert catalogue.resolve(("fig4.yaml", "fig4")) == [Path("fig4.yaml"), configs]

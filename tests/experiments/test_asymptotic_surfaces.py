@@ -78,6 +78,36 @@ def test_points_are_compared_where_both_have_one_and_phases_also_across_the_cut(
     assert len(theta1("theta1", *both)) == told
 
 
+@pytest.mark.parametrize("J1", [[1.0, 1.0, 0.9, 0.3], [1e-9] + 1500 * [0.1, 0.9]])
+def test_ratios_that_round_to_1_and_errors_beyond_doubles_are_compared(J1: list[float]) -> None:
+    count = len(J1)
+    within: Any = CURVES["S2_plus"]["J1_over_J2"].within
+    stored = {
+        "offsets": np.array([0, count]),
+        "sample": 10 * np.arange(count),
+        "theta1": np.zeros(count),
+    }
+    stored["J1_over_J2"] = np.array(J1)
+    assert within("J1_over_J2", stored, stored) == []
+    fresh = stored | {"J1_over_J2": np.array(J1) + (np.arange(count) < 1) * 1e-11}
+    assert len(within("J1_over_J2", stored, fresh)) == 1
+
+
+def test_errors_grow_on_each_way_from_halfway_as_a_cosine_and_with_late_rounding() -> None:
+    """Between J1 = 0 and J1 = J2 the ratio is a logistic function of time."""
+    x = np.append(np.arange(-100, 10, 0.1), np.arange(10, -10, -0.1))
+    stored = {"J1_over_J2": 1 / (1 + np.exp(-x)), "theta1": 0 * x}
+    stored |= {"offsets": np.array([0, len(x)]), "sample": 10 * np.arange(len(x))}
+    within: Any = CURVES["S1_minus"]["J1_over_J2"].within
+    late = (1 + stored["sample"] / 20_000) ** 1.5
+    # The way out to x = 10, the way back, and that to -10; the ratio errs as the cosine less.
+    for at, allowed in ((-1, math.cosh(10 / 2) ** 2), (1000, 1.0), (1050, 1.0)):
+        for part, told in ((0.98, 0), (1.02, 1)):
+            fresh = stored | {"J1_over_J2": stored["J1_over_J2"].copy()}
+            fresh["J1_over_J2"][at] += part * allowed * late[at] * 1e-12
+            assert len(within("J1_over_J2", stored, fresh)) == told
+
+
 def test_errors_grow_with_each_passage_and_no_more_than_in_theory() -> None:
     """In a window of 100 swings of a heavy body orbits come back to J1 = J2/2 many times."""
     A = exact(1), exact("0.324"), exact("0.87")

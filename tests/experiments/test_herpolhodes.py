@@ -104,10 +104,13 @@ def test_an_orbit_is_on_its_route_to_a_thousandth_of_the_shortest_passage(
         computed(content)
 
 
-def test_an_orbit_of_one_symbol_is_not_asked_to_have_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("count", "said"), [(1, "a larger J1_0"), (2, "fewer symbols")])
+def test_an_orbit_of_one_symbol_is_not_asked_to_have_fewer(
+    monkeypatch: pytest.MonkeyPatch, count: int, said: str
+) -> None:
     monkeypatch.setattr(herpolhodes, "ON_ROUTE", 0.0)
-    with pytest.raises(ArithmeticError, match="leaves the route; take a larger J1_0"):
-        computed(asked("fig5", "problem.n_symbols=1", "problem.n_wound=1"))
+    with pytest.raises(ArithmeticError, match=f"leaves the route; take {said}"):
+        computed(asked("fig5", f"problem.n_symbols={count}", f"problem.n_wound={count}"))
 
 
 def test_samples_beyond_memory_are_refused_before_the_route_is_sought(

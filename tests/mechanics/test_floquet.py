@@ -175,16 +175,19 @@ def test_an_elliptic_motion_is_told_from_one_of_which_rounding_decides() -> None
 def test_a_growth_beyond_doubles_is_not_called_elliptic() -> None:
     """Thin bodies, where a period multiplies deviations by more than 1e308.
 
-    With 32 steps the sum of the multipliers of the second would be -0.69.
+    With 32 steps the sum of the multipliers of the second would be -0.69, and steps of the third
+    are singular in doubles.
     """
     for A, r, mu in (
         ((1, "1e-6", "0.9999995"), (1, "0.3", 0), "0.3"),
         ((1, "1e-11", 1 - Fraction(1, 3 * 10**11)), (1, 1, 0), Fraction(1, 9)),
+        ((1, "1e-7", "0.99999999"), (1, 1, 0), "0.33"),
     ):
         p = Body(A, r, mu).angles(113)
-        with pytest.raises(ArithmeticError, match="512 steps don't settle") as raised:
-            periodic_orbit(p, 1.0)
-        assert not isinstance(raised.value, floquet.NotHyperbolic)
+        for epsilon in (1, -1):
+            with pytest.raises(ArithmeticError, match="512 steps don't settle") as raised:
+                periodic_orbit(p, 1.0, 1, epsilon)
+            assert not isinstance(raised.value, floquet.NotHyperbolic)
 
 
 def test_steps_settle_until_rounding_decides() -> None:

@@ -425,7 +425,7 @@ def test_doubles_that_establish_few_first_symbols_tell_little(
     for precisions, first in (((53, 106), 0), ((53,), doubtful)):
         wrong, told = choice.contradicted(known, compute, 1.0, precisions, sample)
         assert wrong.tolist() == list(range(first, 8))
-        assert told == telling
+        assert told == (telling or len(precisions) == 1)
 
 
 @pytest.mark.parametrize(("share", "telling"), [(0.99, True), (1.01, False)])
@@ -434,11 +434,14 @@ def test_first_symbols_are_told_up_to_the_limit_of_two_computations(
 ) -> None:
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         found = whole(bits, scales, columns)
-        return found._replace(time=found.time + share * certainty.LIMIT_OF_TWO / 3)
+        off = share * certainty.LIMIT_OF_TWO / 3 if bits == 53 else 0
+        return found._replace(time=found.time + off)
 
     every = np.full((2, 4), True), np.full(4, 53, dtype=np.uint16), np.ones(4, dtype=bool)
     known = certainty.Decided(whole(53, Scales(), range(4)), *every)
-    assert choice.contradicted(known, compute, 3.0, (53,), np.arange(4))[1] == telling
+    assert choice.contradicted(known, compute, 3.0, (53, 106), np.arange(4))[1] == telling
+    # What no precision confirms may be wrong: doubles have to tell what they can.
+    assert choice.contradicted(known, compute, 3.0, (53,), np.arange(4))[1]
 
 
 def test_a_sample_is_integrated_once_and_again_only_where_that_differs() -> None:

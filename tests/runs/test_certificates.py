@@ -21,7 +21,7 @@ from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.pieces import ORBIT_STEPS, Step
 from rigidpend.runs import certificate_files as storage
-from rigidpend.runs import certificates, loading
+from rigidpend.runs import certificates, cluster, loading
 from scripts import check_certificate
 from tests import bodies
 from tests.attacks import lot
@@ -153,6 +153,27 @@ def test_what_one_process_has_begun_several_finish_and_the_reverse(
     monkeypatch.setattr(codes, "proven_codes", proven := Mock(wraps=codes.proven_codes))
     certificates.certify(config, tmp_path, jobs=then, report=tell_nobody)
     assert [len(call.args[1]) for call in proven.call_args_list] == left
+    ours, whole = (storage.read(x / FILE)["data"]["only"] for x in (tmp_path, folder))
+    assert ours["theta2_0"].tolist() == whole["theta2_0"].tolist()
+
+
+@pytest.mark.slow
+def test_what_came_from_a_cluster_before_its_turn_is_not_proven_again(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
+
+    def lost(*given: Any) -> Any:
+        *_, parts, pieces, _ = given
+        parts.keep(pieces[1].name, pieces[1].compute)
+        raise Proving
+
+    monkeypatch.setattr(cluster, "computed", lost)
+    with pytest.raises(Proving):
+        certificates.certify(config, tmp_path, jobs=1, report=tell_nobody, scheduler="head:8786")
+    monkeypatch.setattr(codes, "proven_codes", proven := Mock(wraps=codes.proven_codes))
+    certificates.certify(config, tmp_path, jobs=2, report=tell_nobody)
+    assert [len(call.args[1]) for call in proven.call_args_list] == [1]
     ours, whole = (storage.read(x / FILE)["data"]["only"] for x in (tmp_path, folder))
     assert ours["theta2_0"].tolist() == whole["theta2_0"].tolist()
 

@@ -74,7 +74,8 @@ def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
     J1, at = stored["J1_over_J2"], _shared(stored, fresh)
     # In units of its value at the section, where the root is 1; of the phase it grows as t^1.5.
     root, late = np.sqrt(4 * J1 * (1 - J1)), (1 + stored["sample"] / LATE) ** 1.5
-    with np.errstate(divide="ignore"):
+    # A ratio may round to 1, and errors may outgrow doubles.
+    with np.errstate(all="ignore"):
         grown = np.fmax(_grown(stored), 1 / root)
         drift = DRIFT * late * (grown / root if name == "theta1" else np.fmax(1, grown * root))
     return compare.arrays(name, stored[name], fresh[name][at], np.where(at < 0, np.inf, drift))

@@ -71,7 +71,7 @@ whose surfaces are split by 2e-14 to 2e-10, corrections gained 4.5 to 14 bits, a
 little as none; with less splitting some orbits do not come to close.
 """
 NOISE = 32
-"""Roundings of a gap, in units of its expected ones, at which corrections gain nothing any more.
+"""Largest gap, in its expected roundings, that is left where corrections no longer make it smaller.
 
 Numbers without bits to spare, of 106 or 212, round up to 11 of them."""
 LOST = 12
@@ -358,7 +358,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     system, units = System(level, None, np.sign(chain.I), 0.0), np.array([level.widest_d, 1.0])
 
     def derivatives(moved: Any, ahead: Any) -> Array:
-        """Those of the chain's equations, its crossings moved and its passages' ends more, (n,)."""
+        """Those of the chain's equations, with chi moved: of crossings, and more of ends, (n,)."""
         x = chain.unknowns
         x[1::2] += moved.astype(float)
         x[2::2] += np.roll(moved, -1).astype(float) + ahead.astype(float)
