@@ -156,8 +156,14 @@ def test_weights_that_are_no_round_numbers_have_room(experiment: str) -> None:
     assert [plots.power(x) for x in (1e-6, 1 / 30, 0.3)] == ["10^{-6}", "0.0333", "0.3"]
 
 
-@pytest.mark.parametrize("ends", [(2e-4, 3e-3), (1e-3, 1.1e-3), (0.045, 0.5), (1e-8, 0.3)])
-@pytest.mark.parametrize("experiment", ["precession", "splitting"])
+# Both figures label their weights by one function; the panels of the first have less room.
+@pytest.mark.parametrize(
+    ("experiment", "ends"),
+    [
+        *(("precession", x) for x in ((2e-4, 3e-3), (1e-3, 1.1e-3), (0.045, 0.5), (1e-8, 0.3))),
+        ("splitting", (1e-3, 1.1e-3)),
+    ],
+)
 def test_weights_of_any_range_have_labels_that_are_not_upon_each_other(
     experiment: str, ends: tuple[float, float]
 ) -> None:

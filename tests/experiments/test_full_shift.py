@@ -150,7 +150,7 @@ def test_a_strip_whose_orbits_do_not_cross_is_not_followed(monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("J1", "strip"), [("1e-14", True), ("1e-20", False)])
+@pytest.mark.parametrize(("J1", "strip"), [("1e-14", True), ("1e-19", False)])
 def test_lines_close_to_the_periodic_orbit_cross_the_sets(J1: str, strip: bool) -> None:
     """The closer they are, the longer a bound grows, and the more bits and nodes they have.
 

@@ -244,7 +244,7 @@ def test_precisions_whose_rounding_is_far_too_large_are_not_tried() -> None:
     found = measure(body, H0, ALLOWED, resolve(precisions=(53, 106, 160)))
     assert (found.resolved, found.bits) == (False, 53)
     # Others are, of which doubles tell nothing either.
-    body = Body(A=(2, "1.9", "1.96"), r=(1, 1, 0), mu="1e-5")
+    body = Body(A=(2, "1.88", "1.95"), r=(1, 1, 0), mu="1e-5")
     found = measure(body, H0, 1e-4, resolve(precisions=(53, 106)))
     assert (found.resolved, found.bits) == (True, 106)
     # Those whose rounding is a thousand times too large at most are.

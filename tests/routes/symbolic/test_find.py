@@ -224,7 +224,7 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
         # No orbit changes sides at a downward crossing.
         (HESS, "11", START, NoOrbit, "Hess case or near it: .* at downward crossings"),
         # Legs do not meet.
-        (FLAT, "11", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* at most 3e-13"),
+        (FLAT, "a 11", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* at most 3e-13"),
     ],
 )
 def test_where_no_orbit_is_found_the_reason_is_told(
