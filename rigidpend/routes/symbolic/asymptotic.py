@@ -189,7 +189,9 @@ class _Arcs:
         before = self.inside & (turns[:-1] <= self.most_turns).all(axis=0)
         self.wanted = before & (turns[-1] <= self.most_turns + 1)
         ends = [0, -1]
-        short = self.wanted[:, ends]
+        # Long passages between two dips of chi end no arc: from there chi falls outwards.
+        falls = turns[-1][:, ends] < turns[-1][:, [PER_CELL, -1 - PER_CELL]]
+        short = self.wanted[:, ends] | (self.inside[:, ends] & falls)
         # The fewest half rotations at an end: with two fewer as a bound, no end is wanted.
         self.reached = turns[-1][:, ends][short].min(initial=self.most_turns + 1)
         return not short.any()

@@ -78,9 +78,14 @@ class Legs:
         `jobs` is the number of threads, or of processes where integers serve.
         """
         n = len(times)
+        # The second derivative of a leg is about the square of the growth of deviations across the
+        # layer. A difference over the step 2^(-kind/2) is a derivative only if the step times this
+        # is small: the less the surfaces are split, the wider the numbers that it takes.
+        grown = np.abs(tangents(chain)[: n - 1, 1, 0]).max(initial=1.0)
+        self.kinds = [kind for kind in LADDER[1:] if 2.0 ** (kind / 2) > grown**2]
         # In a correction, terms that have grown along the orbit cancel. So there are digits for
-        # the growth and as many for the result.
-        self.bits = math.ceil((2 * digits + 20) * DIGIT) + GUARD
+        # the growth and as many for the result; and for the steps of all differences.
+        self.bits = max(math.ceil((2 * digits + 20) * DIGIT) + GUARD, self.kinds[0])
         self.m, a = context(self.bits), precision(self.bits)
         self.begin = start(orbits.problem, self.bits, Scales())
         self.c = AlignedCoefficients(*map(a.number, self.begin.coefficients))
@@ -89,11 +94,6 @@ class Legs:
         self.states = a.array(crossing_states(chain)[:, :n])
         # Behind a passage with I < 0 the orbit crosses beside separatrix 4 or 1.
         self.mirrored = np.append(False, chain.I[: n - 1] < 0)
-        # The second derivative of a leg is about the square of the growth of deviations across the
-        # layer. A difference over the step 2^(-kind/2) is a derivative only if the step times this
-        # is small: the less the surfaces are split, the wider the numbers that it takes.
-        grown = np.abs(tangents(chain)[: n - 1, 1, 0]).max(initial=1.0)
-        self.kinds = [kind for kind in LADDER[1:] if 2.0 ** (kind / 2) > grown**2]
         if chain.off_middle[-1] < MIDDLE and n == len(chain.chi):
             # The orbit returns from the middle of a cell, gamma3 = 0, and corrections keep gamma3
             # of the last crossing.

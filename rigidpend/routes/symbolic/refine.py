@@ -74,12 +74,16 @@ def refined(orbits: OrbitFamily, chain: Chain, by_energy: float, digits: int, jo
     # `digits` determine a crossing only if they determine all before it.
     grown = np.maximum.accumulate(exponent)
     begun = float(_begun(orbits, chain, 0.0)[2, 0])
-    reach = max(0, int((grown <= digits - 1).sum()) - 1)
     fixed = max(0, int((grown <= digits - MARGIN).sum()) - 1)
+    # The last crossing that counts stays where the map has it, and theta2_0 with it. So this is the
+    # first that needs no more digits than the map tells, however many the passage before it takes.
+    reach = min(fixed + 1, len(chain.time))
     bits = max(64, math.ceil(digits * DIGIT) + GUARD)
     # A crossing at which a change of theta2_0 has grown by n digits needs n fewer of them. It needs
-    # no fewer than those behind it, so that crossings drop out from the last one on.
+    # no fewer than those behind it, so that crossings drop out from the last one on; and the last
+    # ones need those with which integration finds them at all.
     needed = np.maximum.accumulate((digits + FURTHER - exponent)[::-1])[::-1][: reach + 1]
+    needed = needed.clip(LEAST_DIGITS + SETTLED)
     legs = Legs(orbits, chain, np.append(begun, chain.time)[: reach + 1], float(needed[0]), jobs)
     delay = _correct(legs, chain, _Digits(needed))
     theta, times = fraction(legs.theta), begun + np.append(0.0, np.cumsum(chain.time))

@@ -134,13 +134,20 @@ def test_few_half_rotations_leave_room() -> None:
     assert np.diff(made.cells)[0] >= level().half_turns(level().splitting) - 1
 
 
-def test_passages_are_lessened_while_their_neighbourhood_stays_inside() -> None:
-    """By one each, though the second passage exists with one less; also where others are before."""
+def test_passages_are_lessened_while_their_neighbourhood_stays_inside(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By one each, though the second passage exists with one less; also where others are before.
+
+    The neighbourhood are eight passages on each side, as far as there are so many of the 14."""
+    asked = Mock(wraps=chain_through)
+    monkeypatch.setattr("rigidpend.routes.symbolic.shortest.chain_through", asked)
     word = np.random.default_rng(1).integers(0, 2, 14)
     one, made = System(level(), on_surface, signs_of(word)), chain_of(word)
-    for k in (1, 10):
+    for k, near in ((1, 10), (10, 12)):
         fewer = lessened(one, made, made.cells, k)
         assert (made.cells - fewer).tolist() == [0] * (k + 1) + [1] * (14 - k)
+        assert len(asked.call_args.args[0].signs) == near
 
 
 def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyPatch) -> None:
