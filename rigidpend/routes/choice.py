@@ -14,7 +14,6 @@ from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
@@ -205,9 +204,9 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         climbing = own if regular else handed_over(maps, own, known, beyond)
         certainty.climb(climbing, known, rate, beyond)
     if sampled:
-        # Where doubles establish at least the first symbols they serve for most of the sample, for
-        # more bits take long. A part of a plane has its share of the sample; few orbits that take
-        # kept maps have the small one alone.
+        # Where doubles confirm half of a small sample they serve for a larger one too; more bits
+        # take long. A part of a plane has its share of the sample; few orbits that take kept maps
+        # have the small one alone.
         few, size = spread(n, LEAST_SAMPLE), -(-SAMPLE * n // run.orbits)
         rest = np.setdiff1d(spread(n, 0 if maps.only_kept else size), few)
         for sample, within in ((few, precisions[:2]), (rest, precisions[:1])):
@@ -279,31 +278,24 @@ def contradicted(
 ) -> tuple[NDArray[np.intp], bool]:
     """The columns of a sample that contradict it: integration finds another certain symbol.
 
-    They are integrated once, in the least of the given precisions that confirms the first symbol of
-    half of them; where that finds other symbols than are certain, all precisions decide whether it
-    is right. Then comes False if the least precision tells little: another one had to confirm them.
+    They are integrated once in the least of the given precisions, and those in which it finds other
+    symbols than are certain in the next one. Where that does so too, all precisions decide which
+    symbols are right. Then comes True if the least precision alone confirms half of the sample.
     """
 
     def differing(found: Crossings, columns: NDArray[np.intp]) -> NDArray[np.bool_]:
         differ = symbols(found.separatrix) != symbols(known.crossings.separatrix[:, columns])
         return known.certain[:, columns] & differ
 
-    for bits in precisions:
-        once = integrated(bits, certainty.FIRST_SCALES, sample)
-        close = certainty.agreement(
-            columns_of(known.crossings, sample), once, rate, certainty.LIMIT_OF_TWO
-        )
-        if confirmed := 2 * np.count_nonzero(close[0]) >= sample.size:
-            break
-    # A map whose crossings are wrong is confirmed by none, and is not spared the larger sample.
-    telling = not confirmed or bits == precisions[0]
-    doubted = sample[differing(once, sample).any(axis=0)]
-    if not doubted.size:
-        return doubted, telling
-
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
         return integrated(bits, scales, doubted[columns])
 
+    doubted, telling = sample, True
+    for bits in precisions:
+        once = integrated(bits, certainty.FIRST_SCALES, doubted)
+        doubted = doubted[differing(once, doubted).any(axis=0)]
+        if not doubted.size:
+            return doubted, telling
+        telling = telling and 2 * doubted.size <= sample.size
     again = certainty.decide(compute, doubted.size, rate, rungs(precisions))
-    wrong = (again.certain & differing(again.crossings, doubted)).any(axis=0)
-    return doubted[wrong], telling
+    return doubted[(again.certain & differing(again.crossings, doubted)).any(axis=0)], telling
