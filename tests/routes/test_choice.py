@@ -424,8 +424,9 @@ def test_doubles_that_lose_most_orbits_of_a_sample_tell_little(lost: int, tellin
         assert told == telling
     seen.separatrix[2, 3:5] = 3
     for precisions, found in (((53,), {3, 4} - set(range(lost))), ((53, 106), {3, 4})):
-        wrong, _ = choice.contradicted(known, compute, 1.0, precisions, sample)
+        wrong, told = choice.contradicted(known, compute, 1.0, precisions, sample)
         assert set(wrong) == found
+        assert told == (lost == 0), "more bits do not make doubles tell"
 
 
 def test_a_sample_is_integrated_once_and_again_only_where_that_differs() -> None:
