@@ -144,6 +144,7 @@ def test_what_has_no_meaning_is_refused_where_it_is_written(name: str, setting: 
     settings = re.split(r" (?=problem\.|numerics\.)", setting)
     [found] = refused(catalogue.known()[name], settings)
     assert REFUSED[name][setting] in str(found)
+    assert ": problem: " not in str(found), "of a key, not of the whole section"
 
 
 ACCEPTED = {
