@@ -5,8 +5,6 @@ paper's printed numbers beside the computed ones, from the stored result alone.
 Experiments without tables appear with their figure and provenance.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Sequence
