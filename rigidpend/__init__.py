@@ -14,7 +14,7 @@ From a notebook::
 Folders
 -------
 Each imports only from those below it (`.importlinter` holds that), so that the subject is read
-from the bottom upwards. A folder's own docstring lists what is in it.
+from the bottom upwards. A module's first line says what is in it.
 
 ============ ===================================================================
 cli/         the command line, a thin module for each command; `notebook` is its
@@ -77,8 +77,6 @@ t, t'         time; t' = t s, s = sqrt((A1 - A2)/(A1 A2))         physical; 1
 
 In arrays the component, the symbol or the crossing comes first, the sample or orbit after.
 """
-
-from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 

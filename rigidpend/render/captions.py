@@ -1,7 +1,5 @@
 """Captions: what a figure shows, and the body and start of a result in words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 
