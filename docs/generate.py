@@ -233,7 +233,7 @@ def modules() -> str:
 
 
 def _module(name: str) -> str:
-    """A section for a module, and one for each in it where it is mathematics, else a line."""
+    """A section for a module, and one for each in it where it is mathematics."""
     module = __import__(name, fromlist=["_"])
     depth = name.count(".")
     lines = [f"{'#' * min(depth + 1, 4)} {name.partition('.')[2]}", "", "```{eval-rst}"]
@@ -243,10 +243,6 @@ def _module(name: str) -> str:
     if shown and not inside:
         lines.append("   :members:")
     lines += ["```", ""]
-    if inside and not shown:
-        place = name.partition(".")[2]
-        told = ((part, plain(floors.first_sentence(f"{place}/{part}"))) for part in inside)
-        lines += [*(f"- `{part}`: {said}" for part, said in told), ""]
     return "\n".join([*lines, *(_module(f"{name}.{part}") for part in inside if shown)])
 
 

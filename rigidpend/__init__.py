@@ -14,7 +14,7 @@ From a notebook::
 Folders
 -------
 Each imports only from those below it (`.importlinter` holds that), so that the subject is read
-from the bottom upwards. A module's first line says what is in it.
+from the bottom upwards. A folder's own docstring lists what is in it.
 
 ============ ===================================================================
 cli/         the command line, a thin module for each command; `notebook` is its

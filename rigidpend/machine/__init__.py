@@ -1,4 +1,15 @@
-"""The computer around the mathematics: files, caches, workers, signals, tables of text."""
+"""The computer around the mathematics: files, caches, workers, signals, tables of text.
+
+Modules
+-------
+files       files written completely or not at all, with digests; removal of old leftovers
+cache       cached files, each with its origin, and the user's cache folder
+workers     parallel threads and processes
+progress    progress of long work and the time left, on stderr
+code_hash   hash of the code that a module runs, sixteen digits
+signals     signal handling (SIGTERM, SIGINT)
+wording     texts made fit for a message; tables for a terminal or in Markdown
+"""
 
 import atexit
 import gc
