@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
-from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole
+from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole, holding
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 
@@ -30,7 +30,7 @@ class Problem(RouteStart):
     The smaller one comes first."""
     symbol: Annotated[Whole, Field(ge=1)] = 1
     """Number of the symbol that changes."""
-    step: Number
+    step: Annotated[Number, holding(lambda x: x > 0, "step must be greater than 0")]
     """Spacing of the columns at the first level, radians."""
     factor: Number = exact(100)
     """Factor by which each level is finer than the one before, dimensionless, 2 to 1000000.
@@ -54,8 +54,6 @@ class Problem(RouteStart):
             raise ValueError(
                 f"expected two phases, the smaller one first, got {first} and {second}"
             )
-        if not float(self.step) > 0:
-            raise ValueError(f"step must be greater than 0, got {self.step}")
         quotient = str(self.factor.fraction or self.factor)
         if not 2 <= float(self.factor) <= 1e6 or len(quotient) > LONGEST:
             said = (
