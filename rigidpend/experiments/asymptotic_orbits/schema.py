@@ -1,7 +1,5 @@
 """The config of `experiment: asymptotic_orbits`: doubly asymptotic orbits with short codes."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator

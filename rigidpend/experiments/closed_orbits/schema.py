@@ -1,7 +1,5 @@
 """The config of `experiment: closed_orbits`: periodic orbits by their words."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field
