@@ -15,6 +15,7 @@ PLANE = (
 """A plane whose config gives columns."""
 REFUSED = {
     "asymptotic_orbits": {
+        "problem.h=0.001": "problem.h: h > mu is broken: h = 0.001, mu = 0.001",
         "problem.J1_0=1e-281": "problem.J1_0: expected 1e-280 to less than J2_0/2, got 1e-281",
         "problem.J1_0=0.7074": "problem.J1_0: expected 1e-280 to less than J2_0/2, got 0.7074",
     },
@@ -69,7 +70,7 @@ REFUSED = {
         "problem.between=[4.7, 47/10]": "the smaller one first, got 4.7 and 47/10",
         "problem.between=[4.8, 4.7]": "expected two phases, the smaller one first, got 4.8 and 4.7",
         "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
-        "problem.step=0": "step must be greater than 0, got 0",
+        "problem.step=0": "problem.step: step must be greater than 0, got 0",
         "problem.step=1e-190": "the last level's step would be 1e-201, below 1e-200",
         "problem.factor=1.999": "factor must be from 2 to 1000000, in at most 40 characters",
         "problem.factor=1000001": "factor must be from 2 to 1000000",

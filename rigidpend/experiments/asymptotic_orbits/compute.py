@@ -1,7 +1,5 @@
 """Experiment `asymptotic_orbits`: homoclinic and heteroclinic orbits with short codes."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from functools import partial

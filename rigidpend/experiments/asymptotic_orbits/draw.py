@@ -1,7 +1,5 @@
 """Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, by height, and as hodographs."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

@@ -1,12 +1,10 @@
 """The config of `experiment: asymptotic_orbits`: doubly asymptotic orbits with short codes."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigidpend.config.bodies import HeavyBody
+from rigidpend.config.bodies import BodyAtEnergy
 from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, Whole
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.routes.problem import RouteProblem
@@ -15,11 +13,9 @@ LEAST_J1_0 = 1e-280
 """Least J1_0."""
 
 
-class Problem(HeavyBody):
+class Problem(BodyAtEnergy):
     """A heavy body, and limits on the doubly asymptotic orbits that are sought."""
 
-    h: Number
-    """Energy of all orbits (eq. h0_new), h > mu; physical units, as mu."""
     J1_0: Number
     """Action at which theta2_0 of an orbit is stated, dimensionless, 1e-280 to J2_0/2, small."""
     symbols: Annotated[Whole, Field(ge=0, le=8)]

@@ -4,8 +4,6 @@ The figure shows sets and images as a horseshoe is drawn, at two scales, because
 thin. The tables list the covering relations, each with the margins by which it holds.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Check of a stored full shift, without integration: its sets, line of starts and theorems."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

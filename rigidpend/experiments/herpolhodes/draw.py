@@ -1,7 +1,5 @@
 """Fig. 5: alpha(t) over the separatrices of a route, and the spiral (omega_zeta, omega_xi)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """The config of `experiment: route_zoom`: route codes around a change of symbol."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Self
 
