@@ -51,6 +51,13 @@ def test_half_rotations_that_are_too_few_are_refused_with_the_least_number_that_
         found(least - 1)
 
 
+def test_where_no_number_of_half_rotations_suffices_none_is_named() -> None:
+    """The surfaces at downward crossings are not split in the Hess case."""
+    hess = "problem.symbols=1", "problem.r=[1, sqrt(2), 0]", "problem.drawn=0"
+    with pytest.raises(NoOrbit, match=r"= 10 half rotations: allow fewer symbols$"):
+        computed(asked("asymptotic_orbits", *hess))
+
+
 def test_all_is_as_it_is_stored_but_the_plane(data: Any) -> None:
     """Which has fewer columns."""
     assert unlike_stored("asymptotic_orbits", data, {}) == {"plane/theta2_0"}

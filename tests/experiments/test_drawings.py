@@ -208,15 +208,6 @@ def test_titles_stay_on_the_page_where_labels_are_wide() -> None:
     assert max(box.x1 for box in boxes_of(figure)) <= figure.bbox.x1
 
 
-def test_lines_behind_a_legend_do_not_cross_its_words() -> None:
-    axes = drawn_with("asymptotic_orbits", lambda _: None).axes[1]
-    legend = axes.get_legend()
-    assert legend is not None
-    frame = legend.get_frame()
-    assert legend.get_frame_on()
-    assert (frame.get_facecolor(), frame.get_edgecolor()[-1]) == ((1, 1, 1, 1), 0)
-
-
 def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
     def change(data: Any) -> None:
         data["bodies"]["resolved"][:] = True
