@@ -165,10 +165,11 @@ class _Arcs:
         self.low, self.width = low, high - low
         least = level.fewest_half_turns(level.splitting)
         # Zeros are only where |I| is at most the splitting at the crossing. Up to there and along
-        # the next half rotation |U| rises and falls; nearer to the end it falls with the distance.
+        # the next half rotation |U| rises and falls. Nearer to the end it falls with the distance,
+        # of which a half rotation is exp(-2) or more wherever doubles tell the surfaces apart.
         cell = math.pi * level.exponent
         ratio = level.splitting / min(level.splitting, level.downward_splitting)
-        beyond = (3 + math.log(ratio / -math.expm1(-cell))) / cell
+        beyond = (3 + math.log(ratio)) / cell
         reach = math.ceil(PER_CELL * (3 + max(half_turns - least, beyond)))
         for _ in range(WIDENINGS):
             if self._sampled(reach):
