@@ -46,7 +46,9 @@ def test_half_rotations_that_are_too_few_are_refused_with_the_least_number_that_
         found(too_few)
     least = int(re.findall(r"allow (\d+)", str(refused.value))[0])
     assert least > too_few
-    assert all(len(orbits["theta2_0"]) for orbits in found(least)["orbits"].values())
+    enough = found(least)
+    assert all(len(orbits["theta2_0"]) for orbits in enough["orbits"].values())
+    assert not enough["drawn"]
     with pytest.raises(NoOrbit, match=f"allow {least}, or fewer symbols"):
         found(least - 1)
 
