@@ -126,15 +126,6 @@ def test_bodies_whose_splitting_is_not_resolved_are_not_named_beside_the_curve()
     assert {"b", "i"} <= {x.get_text() for x in decay.texts}
 
 
-def test_lines_behind_a_legend_do_not_cross_its_words() -> None:
-    axes = drawn_with("asymptotic_orbits", lambda _: None).axes[1]
-    legend = axes.get_legend()
-    assert legend is not None
-    frame = legend.get_frame()
-    assert legend.get_frame_on()
-    assert (frame.get_facecolor(), frame.get_edgecolor()[-1]) == ((1, 1, 1, 1), 0)
-
-
 def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
     def change(data: Any) -> None:
         data["bodies"]["resolved"][:] = True

@@ -23,7 +23,7 @@ class Problem(BodyAtEnergy):
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
     """Largest number of half rotations in a passage."""
     drawn: Annotated[Whole, Field(ge=0, le=4)]
-    """Number of orbits that are sampled: one with no symbol, one with one, and so on."""
+    """Number of orbits that are sampled: with no symbol, one, and so on up to `symbols`."""
     columns: Annotated[Whole, Field(ge=10, le=10_000)]
     """Phases of the route codes over which the orbits are drawn."""
 
@@ -35,8 +35,9 @@ class Problem(BodyAtEnergy):
     @model_validator(mode="after")
     def _allowed(self) -> Self:
         # Orbits start at a far smaller J1 yet, which must be a normal double.
-        if not LEAST_J1_0 <= float(self.J1_0) < float(self.routes.J2_0(53)) / 2:
-            said = f"expected {LEAST_J1_0:g} to less than J2_0/2, got {self.J1_0}"
+        most = float(self.routes.J2_0(53)) / 2
+        if not LEAST_J1_0 <= float(self.J1_0) < most:
+            said = f"expected {LEAST_J1_0:g} to less than J2_0/2 = {most:.4g}, got {self.J1_0}"
             raise ParameterError("J1_0", said)
         return self
 
