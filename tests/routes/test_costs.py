@@ -197,9 +197,9 @@ def test_slow_orbits_come_with_the_reason_where_they_make_all_slow() -> None:
     [
         ("3e-6", "1e-4", False),
         ("1e-6", "1e-4", True),
-        ("1e-11", "1e-4", True),
+        ("1e-11", "3e-3", True),
         # Gravity lets heavy ones return.
-        ("1e-11", "0.1", False),
+        ("1e-11", "3e-2", False),
     ],
 )
 def test_a_body_too_nearly_symmetric_is_told_first_and_is_quick(
