@@ -264,9 +264,9 @@ def _further(
 
 
 def open_columns(found: Decided) -> Columns:
-    """The columns with an uncertain symbol, but for orbits that stay: more bits decide none."""
-    stays = found.crossings.outcome == Outcome.STAYS
-    return np.flatnonzero(~(found.certain.all(axis=0) | stays))
+    """The columns with an uncertain symbol, but for those of which more bits decide none."""
+    ended = np.isin(found.crossings.outcome, (Outcome.STAYS, Outcome.TOO_LONG))
+    return np.flatnonzero(~(found.certain.all(axis=0) | ended))
 
 
 def _agreed(a: Crossings, b: Crossings, certain: NDArray[np.bool_]) -> Crossings:

@@ -42,9 +42,11 @@ class Outcome(IntEnum):
     NO_CROSSING = 2
     """No crossing came within the passage limit."""
     FAILED = 3
-    """The integrator gave up (step limit, a number that is not finite)."""
+    """The integrator gave up (a number that is not finite, an undecided touch)."""
     STAYS = 4
     """No crossing came within the passage limit, as two computations agree."""
+    TOO_LONG = 5
+    """No crossing came within the step limit, which more bits reach as well."""
 
 
 class Orbits(NamedTuple):
