@@ -351,3 +351,15 @@ def test_images_are_drawn_upon_the_sets_that_they_cross() -> None:
         images = [order for pale, order in drawn[:4] if pale]
         assert len(sets) == len(images) == 2
         assert max(sets) < min(images)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [({}, "starts on a line"), ({"approach": {}}, "middle of the approach's image")],
+)
+def test_a_line_behind_an_approach_is_not_said_to_be_that_of_starts(
+    more: dict[str, Any], said: str
+) -> None:
+    result = reference("full_shift")
+    [legend] = draw.draw({**result, "data": {**result["data"], **more}}).legends
+    assert legend.get_texts()[-1].get_text() == said
