@@ -252,7 +252,7 @@ def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
         asked("full_shift"), {**data, **({"approach": data["sets"]} if approached else {})}
     )
     assert cones.call_args.args[0] == ["of a set", *([] if approached else ["of the line"])]
-    assert found.theta2 == ((1.0, 2.0) if approached else None)
+    assert found.theta2 == (1.0, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -266,7 +266,7 @@ def test_a_theorem_names_the_energies_for_which_it_holds(
     energies: dict[str, Any], words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     nothing: Any = None
-    proven = proof.Proven([], [], nothing, [], [], None, ("", "", ""))
+    proven = proof.Proven([], [], nothing, [], [], (1.0, 2.0), ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
     config = asked("full_shift")
     config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
@@ -279,7 +279,7 @@ def test_symbols_of_sets_are_those_of_their_orbits(monkeypatch: pytest.MonkeyPat
     """The proof does not use them, but tables and figures show them."""
     nothing: Any = None
     arrivals: Any = [Mock(right=right) for right in (True, False)]
-    proven = proof.Proven(arrivals, [[]], nothing, [], [], None, ("", "", ""))
+    proven = proof.Proven(arrivals, [[]], nothing, [], [], (1.0, 2.0), ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
     config = asked("full_shift")
     said = full_shift.theorems(config, {"sets": {"symbol": np.array([1, 0])}})

@@ -251,12 +251,10 @@ def theorems(config: Config, data: Data) -> list[str]:
 
 def _of_starts(proven: Proven) -> str:
     """The sentence on the codes of a line of starts."""
-    every = "every one-sided sequence is a start's code"
-    if proven.theta2 is None:
-        return f"the line of starts crosses the upward sets: {every}"
     word, starts = "".join(map(str, proven.symbols)), sections.words_on_phases(*proven.theta2)
-    after = f"crosses the sets after the symbols {word}: {every} behind these"
-    return f"a line of starts with {starts} {after}"
+    after, behind = (f" after the symbols {word}", " behind these") if word else ("", "")
+    every = f"every one-sided sequence is a start's code{behind}"
+    return f"a line of starts with {starts} crosses the sets{after}: {every}"
 
 
 def cost(config: Config) -> float:
