@@ -279,13 +279,15 @@ def test_symbols_of_sets_are_those_of_their_orbits(monkeypatch: pytest.MonkeyPat
     """The proof does not use them, but tables and figures show them."""
     nothing: Any = None
     arrivals: Any = [Mock(right=right) for right in (True, False)]
-    proven = proof.Proven(arrivals, [[]], nothing, [], [], (1.0, 2.0), ("", "", ""))
+    proven = proof.Proven(arrivals, [[]], nothing, [], [1], (1.0, 2.0), ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
     config = asked("full_shift")
-    said = full_shift.theorems(config, {"sets": {"symbol": np.array([1, 0])}})
+    right, wrong = {"symbol": np.array([1, 0])}, {"symbol": np.array([1, 1])}
+    said = full_shift.theorems(config, {"sets": right, "approach": {"symbol": np.array([1])}})
     assert said[0].startswith("0 covering relations hold")
-    with pytest.raises(ArithmeticError, match="the symbols of the sets are not those"):
-        full_shift.theorems(config, {"sets": {"symbol": np.array([1, 1])}})
+    for data in ({"sets": wrong}, {"sets": right, "approach": {"symbol": np.array([0])}}):
+        with pytest.raises(ArithmeticError, match="the symbols of the sets are not those"):
+            full_shift.theorems(config, data)
 
 
 @pytest.mark.slow

@@ -234,7 +234,8 @@ def _values(family: Family, u: Array, v: Array) -> Array:
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves; it is checked again without integration."""
     proven = checked(config, data)
-    if data["sets"]["symbol"].tolist() != _symbols(proven):
+    symbols = {"sets": _symbols(proven), "approach": proven.symbols}
+    if any(data[name]["symbol"].tolist() != symbols[name] for name in symbols if name in data):
         raise ArithmeticError("the symbols of the sets are not those of the orbits from them")
     count, energies = sum(map(len, proven.relations)), data.get("energies")
     also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
