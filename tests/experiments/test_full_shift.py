@@ -253,6 +253,8 @@ def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
     )
     assert cones.call_args.args[0] == ["of a set", *([] if approached else ["of the line"])]
     assert found.theta2 == (1.0, 2.0)
+    # Of the image of the approach's last set, which is none of a strip of starts, C9 is not asked.
+    assert found.doubts == ("", "", "C9: the starts come to the sets by an approach" * approached)
 
 
 @pytest.mark.parametrize(

@@ -59,8 +59,10 @@ def checked(config: Config, data: Data) -> Proven:
     cones = [*itertools.chain(*relations), *([] if before else crossed)]
     cone = _doubt(coverings.prove_cones, cones)
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
-    of_line = starts, links[0][1], start
-    crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
+    crossing = "C9: the starts come to the sets by an approach"
+    if not before:
+        of_line = starts, links[0][1], start
+        crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
     theta2 = sections.phases(numbers, starts, links[0][1])
     # Theorem 8 needs C7 and C8 as well.
     doubts = cone, middle, cone or middle or crossing
