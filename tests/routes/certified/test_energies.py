@@ -112,7 +112,7 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     targets = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads if not quad.rising]
     # Of sets so high that the image does not reach from end to end.
     targets += [(quad._replace(a=1000 * quad.a), first) for quad, first in targets]
-    numbers = sections.Numbers.of(BODY, setting.h).without_derivatives
+    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
     assert isinstance(link.start, Quad)
     image = passages.arrival(numbers, link.start, link.pieces())
     begun = [sections.beginning(numbers, *each)[0] for each in targets]
