@@ -519,6 +519,43 @@ def defect(problem: Problem, step: Step) -> list[Fraction]:
     return sizes
 
 
+def grown(
+    p: Any,
+    sizes: Sequence[Interval],
+    half: Fraction,
+    begin: Fraction,
+    away: Fraction,
+    widest: Fraction,
+    name: str,
+) -> tuple[Fraction, Fraction]:
+    """A bound on the distance over a step, less than the radius of a tube, and its growth's factor.
+
+    `sizes` bound |M3| on equal parts, and `half` half of the length. Growth from `begin` on is
+    bounded at `away` times the radius from the polynomials: 1 at the orbits themselves. Radii are
+    tried until one holds; Fails under `name` if the widest does not.
+    """
+    radius = min(4 * begin, widest)
+    while True:
+        E = away * Interval.of(radius)
+        k = p.w * p.F + (1 + p.w * E) * (p.Omega / p.w)
+        # Twice the rates, and half of the duration of a part.
+        rates, beside = Interval.of(0), E / p.sigma
+        for m in sizes:
+            steep = p.lam * (m + beside)
+            rates += steep + hypotenuse(steep, k)
+        growth = rates * (half / len(sizes))
+        # No bound is less than 2^-digits: what grows so far would exceed any tube.
+        if growth.above > Interval.digits:
+            raise Fails(f"{name}: a bound that grows by more than exp({Interval.digits})")
+        factor = exponential(growth)
+        found = (factor * begin).above
+        if found < radius:
+            return found, factor.above
+        if radius == widest:
+            raise Fails(f"{name}: {about(found)} at the end, and {about(widest)} is the most")
+        radius = min(2 * found, widest)
+
+
 class Walk:
     """The proof of an orbit, step by step: the crossings, and the bound on the distance."""
 
@@ -556,31 +593,11 @@ class Walk:
     def tube(
         self, step: Step, begin: Fraction, M3: Callable[[int], tuple[int, int]], parts: int
     ) -> Fraction:
-        """H3: the bound B on the distance over the step, less than the radius E of a tube.
-
-        `begin` is epsilon + 2 delta. Radii are tried until one holds, or the widest does not.
-        """
+        """H3: the bound B on the distance over the step; `begin` is epsilon + 2 delta."""
         ends = map(M3, range(parts))
         sizes = [Interval.of(Fraction(max(-low, high), 1 << FINE)) for low, high in ends]
-        radius = min(4 * begin, WIDEST)
-        while True:
-            p, E = self.problem, Interval.of(radius)
-            k = p.w * p.F + (1 + p.w * E / 2) * (p.Omega / p.w)
-            # Twice the rates, and half of the duration of a part.
-            rates, beside = Interval.of(0), E / (2 * p.sigma)
-            for m in sizes:
-                steep = p.lam * (m + beside)
-                rates += steep + hypotenuse(steep, k)
-            growth = rates * Fraction(step.half, parts << CLOCK)
-            # No bound is less than 2^-digits: what grows so far would exceed any tube.
-            if growth.above > Interval.digits:
-                raise Fails(f"H3: a bound that grows by more than exp({Interval.digits})")
-            grown = (exponential(growth) * begin).above
-            if grown < radius:
-                return grown
-            if radius == WIDEST:
-                raise Fails(f"H3: {about(grown)} at the end, and {WIDEST} is the most")
-            radius = min(2 * grown, WIDEST)
+        of = sizes, Fraction(step.half, 1 << CLOCK), begin
+        return grown(self.problem, *of, Fraction(1, 2), WIDEST, "H3")[0]
 
     def signs(
         self, step: Step, M3: Callable[[int], tuple[int, int]], bound: Fraction, parts: int

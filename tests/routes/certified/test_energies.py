@@ -331,15 +331,20 @@ def test_phases_are_told_in_every_quarter(
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
         assert 2e-6 - 1e-12 < high - low < 2e-5
     # How far the polynomials are from the starts counts.
-    beginning = sections.beginning
+    beginning, line_beginning = sections.beginning, check_sections.line_beginning
 
     def loose(*given: Any) -> Any:
         begin, (bound, *others) = beginning(*given)
         return begin, [bound + arb(1e-3), *others]
 
     monkeypatch.setattr(sections, "beginning", loose)
+    monkeypatch.setattr(
+        check_sections, "line_beginning", lambda *of: [x + 1e-3 for x in line_beginning(*of)]
+    )
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
+    theirs = check_sections.phases(problem, offered.line_of(line), offered.step(first))
+    assert theirs.above - Fraction(theirs.low, 1 << check_series.DIGITS) > 1e-4
 
 
 def test_phases_are_rounded_outward_in_words() -> None:
