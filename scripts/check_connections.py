@@ -7,9 +7,12 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from scripts.check_certificate import Fails, Interval, exponential, hypotenuse, larger, sqrt
-from scripts.check_passages import STEEP, Arrival
+from scripts.check_passages import Arrival
 from scripts.check_sections import ALONE, Line, Problem, Quad, Step, line_beginning
 from scripts.check_series import above, around, least
+
+STEEP = 64
+"""Largest exponent of a bound's growth."""
 
 
 class Middle(NamedTuple):

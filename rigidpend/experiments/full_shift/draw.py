@@ -55,7 +55,12 @@ def draw(result: Loaded) -> Figure:
     entries = [
         *(entry(f"set of symbol {k}", color=COLOUR[k], lw=4) for k in (0, 1)),
         *(entry(f"image of set {k}", color=COLOUR[k], lw=4, alpha=0.4) for k in (0, 1)),
-        entry("starts on a line", color="0.2", lw=0.8),
+        entry(
+            # Starts of an approach lie about it, in the image of the last set on their way.
+            "middle of the approach's image" if "approach" in data else "starts on a line",
+            color="0.2",
+            lw=0.8,
+        ),
     ]
     figure.legend(handles=entries, loc="outside lower center", ncols=5, fontsize=7.5)
     return figure

@@ -202,7 +202,7 @@ def prove_link(numbers: Numbers, link: Followed, after: Followed | None) -> bool
     `after` is None behind the last set.
     """
     # A chain claims existence only: C7 and its derivatives are not needed.
-    numbers = numbers.without_derivatives
+    numbers = numbers._replace(along="")
     found = arrival(numbers, *link)
     if after is not None:
         (source, _), (target, pieces) = link, after
