@@ -1,7 +1,5 @@
 """C8 and C9 of docs/full-shift.md: what orbits do beside the sets, and how surfaces cross."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple

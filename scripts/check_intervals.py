@@ -7,8 +7,6 @@ scripts/check_series.py: H1 to H5 of docs/certified.md for families of orbits. T
 the line are counted anew from the intervals.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterator, Sequence

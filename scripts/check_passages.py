@@ -1,7 +1,5 @@
 """C2 to C5 of docs/full-shift.md: orbits of a set or a line, followed up to their next crossing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple

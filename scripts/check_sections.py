@@ -4,8 +4,6 @@ Points of a set or a line are solutions of equations near given polynomials. The
 body are here too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from decimal import Decimal

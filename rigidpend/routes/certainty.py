@@ -25,8 +25,6 @@ map in 64 bits. Its error was more than R times its difference from the other ma
 at most. Independent errors behave in the same way.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias

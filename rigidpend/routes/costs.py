@@ -5,8 +5,6 @@ that take long. It follows from the body and the numbers alone, so that no resul
 machine or on cached maps. A wrong estimate costs time but changes no symbol.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

@@ -5,8 +5,6 @@ orders, nodes, arcs and units, so they share neither truncation nor rounding. A 
 energies of all phases, h0 + mu sin(theta2_0) but for terms of the order of mu J1_0.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import math

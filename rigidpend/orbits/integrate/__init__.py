@@ -16,8 +16,6 @@ bigint   Taylor series in integers, by FLINT          any; serves where
 An engine is imported when it is first used.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from fractions import Fraction
 from typing import Any, NamedTuple

@@ -7,8 +7,6 @@ kernel never calls Python, so that other threads run beside it: 4,000 orbits tak
 of the time of one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any

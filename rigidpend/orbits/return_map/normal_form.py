@@ -15,8 +15,6 @@ equations and the arithmetic at once.
 Everything is computed at many energies together, and kept as a Chebyshev expansion in the energy.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ the orbits of sets cross. A hypothesis that is not shown ends in :class:`Undecid
 relation. Sets are numbered from 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager

@@ -5,8 +5,6 @@ legs meet (multiple shooting): an orbit along which deviations grow by 1e190 is 
 being followed for more than a passage.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

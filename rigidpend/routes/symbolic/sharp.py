@@ -16,8 +16,6 @@ The less the surfaces are split, the more a rounding displaces an orbit along th
 where that is little, and twice as many elsewhere.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any, NamedTuple
