@@ -216,7 +216,7 @@ def test_a_body_too_nearly_symmetric_is_told_first_and_is_quick(
     assert (costs.integration(asked) < 1) is never
     assert costs.integration(asked) < 100
     pairs, doubles = (costs.integration(asked, (bits,)) for bits in (106, 53))
-    assert pairs == pytest.approx(costs.FACTORS[costs.PAIRS] * doubles)
+    assert pairs == pytest.approx(costs.FACTORS[106] * doubles)
 
 
 def test_the_section_is_as_far_from_either_periodic_orbit() -> None:
