@@ -263,7 +263,10 @@ def _further(
 
 def open_columns(found: Decided) -> Columns:
     """The columns with an uncertain symbol, but for those of which more bits decide none."""
-    ended = np.isin(found.crossings.outcome, (Outcome.STAYS, Outcome.TOO_LONG))
+    _, separatrix, outcome = found.crossings
+    # Where a symbol before is uncertain, it may be another orbit that was given up.
+    known = found.certain.sum(axis=0) >= np.count_nonzero(separatrix, axis=0) - 1
+    ended = (outcome == Outcome.STAYS) | ((outcome == Outcome.TOO_LONG) & known)
     return np.flatnonzero(~(found.certain.all(axis=0) | ended))
 
 

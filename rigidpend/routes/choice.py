@@ -16,6 +16,7 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits import put
 from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.integrate.arithmetic import in_kernel
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Compute, Decided
 from rigidpend.routes.ladder import Columns, rungs
@@ -128,7 +129,9 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
                 raise
             each, all_ = costs.integration(run.problem, precisions), run.orbits
             costs.warned(run.problem, all_, all_, each, f"there are no return maps: {reason}")
-    costs.warned_of_none(run.problem)
+    # The other engines have no limit of rotations.
+    if in_kernel(run.arithmetic.engine, precisions[0]):
+        costs.warned_of_none(run.problem)
     return run.by_integration()
 
 

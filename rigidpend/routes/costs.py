@@ -134,7 +134,7 @@ def integration(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -
     """Seconds of a core that an orbit takes by integration, in the given precisions (bits)."""
     if to_section(problem) > NEVER:
         # It is given up before its first symbol, and not computed in more bits.
-        return ROTATION * FOLLOWED
+        return ROTATION * FOLLOWED * _factor(precisions[0])
     further = _further(problem, precisions, share_open(problem, precisions[0]))
     return _once(problem) * (_factor(precisions[0]) + further)
 

@@ -164,17 +164,17 @@ class Maps:
         self._budgets |= {task: budget * (each / total) for task, each in expected.items()}
         missing.sort(key=expected.__getitem__, reverse=True)
 
-        def prepare(first: int) -> None:
-            # The longest is made in this process, and the next ones in further ones beside it.
-            for task in missing[first :: self.run.jobs]:
-                if first == 0:
-                    self.map_of(*task)
-                else:
-                    build_apart(body, ends, *task, self._budgets[task])
+        def prepare(task: Task) -> None:
+            if task == missing[0]:
+                self.map_of(*task)
+            else:
+                build_apart(body, ends, *task, self._budgets[task])
 
-        beside = min(self.run.jobs, len(missing))
-        if beside > 1 and expected[missing[0]] > LEAST_APART:
-            side_by_side(prepare, (), False, range(beside), beside)
+        # The longest is made in this process, the next ones in further ones beside it, and what is
+        # left after these.
+        beside = missing[: self.run.jobs]
+        if len(beside) > 1 and expected[missing[0]] > LEAST_APART:
+            side_by_side(prepare, (), False, beside, self.run.jobs)
         for task in tasks:
             self.map_of(*task)
 

@@ -287,6 +287,8 @@ def test_symbols_of_sets_are_those_of_their_orbits(monkeypatch: pytest.MonkeyPat
     right, wrong = {"symbol": np.array([1, 0])}, {"symbol": np.array([1, 1])}
     said = full_shift.theorems(config, {"sets": right, "approach": {"symbol": np.array([1])}})
     assert said[0].startswith("0 covering relations hold")
+    after = "crosses the sets after the symbols 1: every one-sided sequence is a start's code"
+    assert said[1].endswith(f"{after} behind these")
     for data in ({"sets": wrong}, {"sets": right, "approach": {"symbol": np.array([0])}}):
         with pytest.raises(ArithmeticError, match="the symbols of the sets are not those"):
             full_shift.theorems(config, data)

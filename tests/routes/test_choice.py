@@ -1,6 +1,7 @@
 """Maps or integration: who is asked, what maps leave open, and that they agree."""
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -341,6 +342,17 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     told = f"{seconds(each)} each .* no return maps: the body is nearly symmetric"
     with pytest.warns(costs.SlowRoutesWarning, match=told):
         found(some[:1], symmetric, **far, precisions=(53,))
+
+
+@pytest.mark.parametrize(("engine", "told"), [("taylor", 1), ("scipy", 0)])
+def test_that_no_orbit_is_followed_to_a_symbol_is_told_of_the_engine_that_gives_up(
+    engine: str, told: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Run, "by_integration", Mock())
+    symmetric = problem(Body(("1", "1 - 1e-11", "1 - 1e-12"), (1, 1, 0), "1e-6"))
+    with warnings.catch_warnings(record=True, action="always") as said:
+        choice.decide(Run(symmetric, Phases([1.0]), resolve(engine, None, (53,))))
+    assert len(said) == told
 
 
 @pytest.mark.usefixtures("eager")

@@ -215,6 +215,14 @@ def test_a_body_too_nearly_symmetric_is_told_first_and_is_quick(
     # Measured at 1e-11: 3 s, for one orbit or eight; it took minutes.
     assert (costs.integration(asked) < 1) is never
     assert costs.integration(asked) < 100
+    pairs, doubles = (costs.integration(asked, (bits,)) for bits in (106, 53))
+    assert pairs == pytest.approx(costs.FACTORS[106] * doubles)
+
+
+def test_the_section_is_as_far_from_either_periodic_orbit() -> None:
+    both = "1e-8", "sqrt(2*1.3342*3/4) - 1e-8"
+    lower, upper = (costs.to_section(problem(J1_0=J1_0)) for J1_0 in both)
+    assert lower == pytest.approx(upper)
 
 
 def test_without_weight_an_orbit_is_short() -> None:

@@ -117,6 +117,27 @@ def test_only_other_orbits_or_other_code_are_proven_anew_unless_it_is_asked_for(
     assert ["is up to date" in line for line in told] == [True] * (not anew)
 
 
+def test_parts_of_other_orbits_or_by_other_code_do_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, TINY, "tiny.yaml")
+    config, other = (loading.load(path, [f"problem.J1_0={J1_0}"]) for J1_0 in ("1e-8", "1e-9"))
+    of = certificates.orbits(config, tmp_path)
+    moved = {name: (problem, [x + 1 for x in phases]) for name, (problem, phases) in of.items()}
+    monkeypatch.setattr(certificates, "Parts", parts := Mock(side_effect=Proving))
+    for asked, routes, code in (
+        (config, of, "a"),
+        (other, of, "a"),
+        (config, moved, "a"),
+        (config, of, "b"),
+    ):
+        monkeypatch.setattr(certificates, "orbits", lambda *_, routes=routes: routes)
+        monkeypatch.setattr(certificates, "code_hash_of", lambda _, code=code: code)
+        with pytest.raises(Proving):
+            certificates.certify(asked, tmp_path, jobs=1, report=tell_nobody)
+    assert len({call.args[1] for call in parts.call_args_list}) == 4
+
+
 def test_each_orbit_that_is_not_wholly_proven_is_named_with_its_reason() -> None:
     codes = np.array([[0, 1, 255], [1, 255, 255]], dtype=np.uint8)
     group = {"codes": codes, "theta2_0": np.array(["1", "1.1", "1.2"])}
@@ -154,7 +175,7 @@ def test_what_one_process_several_or_a_cluster_have_begun_others_finish(
         raise Proving
 
     monkeypatch.setattr(cluster, "computed", lost)
-    how: Any = {"jobs": first} if first else {"jobs": 1, "scheduler": "head:8786"}
+    how: Any = {"jobs": first} if first else {"jobs": 2, "scheduler": "head:8786"}
     with pytest.raises(Proving):
         certificates.certify(config, tmp_path, report=stop, **how)
     monkeypatch.setattr(codes, "proven_codes", proven := Mock(wraps=codes.proven_codes))

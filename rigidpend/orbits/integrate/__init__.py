@@ -44,7 +44,7 @@ class Outcome(IntEnum):
     STAYS = 4
     """No crossing came within the passage limit, as two computations agree."""
     TOO_LONG = 5
-    """No crossing came within the step limit, which more bits reach as well."""
+    """No crossing came within the step limit, in which more bits go 1.7 times as far."""
 
 
 class Orbits(NamedTuple):
