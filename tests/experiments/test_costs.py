@@ -148,6 +148,19 @@ CASES = [
         ),
         0.9,
     ),
+    # A small one, on a crowded machine.
+    (
+        "route_map",
+        (
+            "problem.A=[2, 0.2, 1.8]",
+            "problem.r=[sqrt(0.2), sqrt(1.6), 0]",
+            "problem.h0=1",
+            "problem.zooms={}",
+            "problem.theta2_0.count=120",
+            "problem.rows={axis: mu, ends: [1e-5, 0.01], count: 20}",
+        ),
+        0.73,
+    ),
     # One row of twelve takes most: its body is nearly symmetric.
     (
         "route_map",
