@@ -138,7 +138,7 @@ def arrays(
 
     Floats are compared within the allowed difference, and not where it is infinite; NaN equals
     NaN. All other kinds must be equal. `said` replaces the words on the values, with places for
-    the computed one and for the allowed difference.
+    the stored and the computed one, and for the allowed difference.
     """
     a, b = np.asarray(stored), np.asarray(fresh)
     if found := _shapes(place, a.shape, b.shape):
@@ -153,7 +153,7 @@ def arrays(
     aside = [f"may differ by {limit:.2g}"] if limit and not said else []
     aside += [f"{count} of {excess.size} differ"] if count > 1 else []
     old, new = shown(a[at]), shown(b[at])
-    words = said.format(new, limit) if said else f"stored {old}, computed {new}"
+    words = said.format(old, new, limit) if said else f"stored {old}, computed {new}"
     words = f": {words}" + (f" ({', '.join(aside)})" if aside else "")
     index = f"[{', '.join(map(str, at))}]" if at else ""
     return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
@@ -202,18 +202,25 @@ def modulo(period: float, allowed: Allowed) -> Allowed:
 
 
 def stated(most: float | Allowed) -> Allowed:
-    """Bound of the errors that a fresh result states of itself.
+    """Bound of the errors that each result states of itself.
 
-    `most` is the largest admitted size, infinite for any, or a bound that gives it. Gaps must be at
-    the same places as in the stored result.
+    `most` is the largest admitted size, infinite for any, or a bound that gives it; what follows
+    from one result bounds the errors of the other. Gaps must be at the same places in both.
     """
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
-        limit = most(name, stored, fresh) if callable(most) else most
+        limit, back = (
+            most(name, *pair) if callable(most) else most
+            for pair in ((stored, fresh), (fresh, stored))
+        )
         known, free = ~np.isnan(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
         gaps = arrays(name, known, ~np.isnan(fresh[name]), free)
-        errors = np.where(known, np.abs(fresh[name]), 0.0)
-        told = "{} is stated, at most {:.2g} is declared"
-        return gaps or arrays(name, np.zeros(errors.shape), errors, limit, told)
+        old, new = (np.where(known, np.abs(x[name]), 0.0) for x in (stored, fresh))
+        none, told = np.zeros(new.shape), "{} is stated, at most {{2:.2g}} is declared"
+        return (
+            gaps
+            or arrays(name, none, new, limit, told.format("{1}"))
+            or arrays(name, old, none, back, told.format("stored {0}"))
+        )
 
     return apart

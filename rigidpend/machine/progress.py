@@ -17,6 +17,8 @@ PERIOD, LOG_PERIOD = 0.5, 2.0
 """Seconds before and between changes of a line on a terminal, and lines on parts in a log."""
 PATIENCE, LOG_PATIENCE = 3.0, 30.0
 """Seconds before the first line on work that may soon be finished, likewise."""
+LINE = "[{percentage:.0f} %, {elapsed}, {remaining} left] {desc}"
+"""Format of the line for tqdm."""
 
 
 class PartDone(str):
@@ -36,7 +38,8 @@ class Progress:
 
     tqdm estimates the time left from the shares that each :class:`PartDone` reports, weighted by
     the expected seconds of the experiments, by name; without them an experiment counts as one.
-    `at_once` experiments share the machine; 0 if that is not known, and no whole time is told.
+    `at_once` experiments share the machine; 0 if that is not known, and no whole time is told. It
+    is told until the first share is known, from which the time left is learned.
 
     A patient display shows nothing at first, since the work may soon be finished; a quiet one shows
     nothing at all, and a verbose one every line with its time.
@@ -111,6 +114,9 @@ class Progress:
         if more > 0:
             self._shares[name], self._moved = share, time()
             self._done += more * self._expected.get(name, 1.0)
+            # From here on the time left is learned, to which the whole that was told need not fit.
+            if bar:
+                bar.bar_format = LINE
             # The shares may add up to a rounding more than the whole, and -00:00 would be left.
             due = bar and bar.update(min(self._done, self._whole) - bar.n)
             # Behind the last line of all there is nothing to wait for.
@@ -129,7 +135,7 @@ class Progress:
                 total=self._whole,
                 # An earlier run may have done it, which tells nothing of the pace.
                 initial=self._done,
-                bar_format=f"[{{percentage:.0f}} %{of}, {{elapsed}}, {{remaining}} left] {{desc}}",
+                bar_format=LINE.replace("%", f"%{of}"),
                 mininterval=self._period,
                 miniters=0,
                 # Not before it has its text.

@@ -177,13 +177,15 @@ def _further(
     """
     found, handed = 0.0, whole < 1
     for known, bits in itertools.pairwise(precisions):
-        # Orbits that this precision decides take a part of its time where rungs lie below it; those
-        # that stay open take all of it, and that of the rungs.
-        rungs = any(fits(x, (known, bits)) for x in RUNGS)
+        # Orbits that this precision decides take a part of its time where rungs lie below it, and
+        # of a rung's where that decides them; those that stay open take all of it, and the rungs'.
+        rungs = [x for x in RUNGS if fits(x, (known, bits))]
         decided, staying = (CLIMBING, STAYING_OPEN) if rungs else (1.0, 1.0)
         share, most = whole * decided, staying * (1.0 if bits == precisions[-1] else whole)
-        left = share_open(problem, kept_bits(bits) if handed else bits, displaced=not handed)
-        found, open_ = found + (most * left + share * (open_ - left)) * _factor(bits), left
+        for rung in (*rungs, bits):
+            left = share_open(problem, kept_bits(rung) if handed else rung, displaced=not handed)
+            found, open_ = found + share * (open_ - left) * _factor(rung), left
+        found += most * open_ * _factor(bits)
     return found
 
 

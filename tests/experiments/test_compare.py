@@ -91,6 +91,22 @@ def test_what_differs_by_more_than_is_declared_is_named(
     assert differences(LAYOUT, tree(), fresh) == ([said] if said else [])
 
 
+@pytest.mark.parametrize(("name", "most"), [("e", "0.2"), ("own", "4")])
+def test_a_stored_error_is_no_larger_than_is_declared(name: str, most: str) -> None:
+    """An error may also widen the bound that follows from it."""
+    layout = {
+        "e": Field(FLOAT, (2,), within=stated(0.2)),
+        "own": Field(FLOAT, (2,), within=stated(of_largest(4))),
+    }
+    fresh = {key: np.array([0.1, 1.0 if key == "own" else np.nan]) for key in layout}
+    stored = {key: x.copy() for key, x in fresh.items()}
+    stored[name][0] = 0.99 * float(most)
+    assert not differences(layout, stored, fresh)
+    stored[name][0] = -1.01 * float(most)
+    said = f"{name}[0]: stored {1.01 * float(most):.17g} is stated, at most {most} is declared"
+    assert differences(layout, stored, fresh) == [said]
+
+
 def test_the_bound_of_a_layout_is_that_of_all_doubles_which_declare_none() -> None:
     """In a group inside a group too, and of nothing but doubles."""
     found: Any = held(0.5, LAYOUT)

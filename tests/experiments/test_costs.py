@@ -84,6 +84,16 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
     ("fig4_zoom", "h0", "J1_0", "levels", "count", "n_symbols"): {
         ("deep", "4.66e-7", 1, 30, 30): 27,
     },
+    # Of a crowded machine, whose cores are 1.7 times slower than a Xeon's; half of it on two cores.
+    ("fig4", "h0", "n_symbols", "arrays"): {
+        ("fig4", 15, "{a: {start: 0, step: 2*pi/20000, count: 20000}}"): 3.6,
+        ("fig4", 60, "{a: {start: 0, step: 2*pi/1000, count: 1000}}"): 6.1,
+        ("fig4", 60, "{a: {start: 0, step: 2*pi/4000, count: 4000}}"): 21,
+    },
+    # The smallest one, there too.
+    ("fig4_zoom", "h0", "levels", "count", "n_symbols", "between"): {
+        ("fig4", 1, 3, 2, "[4.7, 4.8]"): 1.34,
+    },
     # Of 24 energies with 60 actions each, whose orbits are integrated.
     ("route_map", "h0", "theta2_0", "zooms", "columns", "rows"): {
         (
@@ -137,6 +147,19 @@ CASES = [
             "problem.mu=[1e-5, 1e-4, 1e-3]",
         ),
         0.9,
+    ),
+    # A small one, on a crowded machine.
+    (
+        "route_map",
+        (
+            "problem.A=[2, 0.2, 1.8]",
+            "problem.r=[sqrt(0.2), sqrt(1.6), 0]",
+            "problem.h0=1",
+            "problem.zooms={}",
+            "problem.theta2_0.count=120",
+            "problem.rows={axis: mu, ends: [1e-5, 0.01], count: 20}",
+        ),
+        0.73,
     ),
     # One row of twelve takes most: its body is nearly symmetric.
     (

@@ -132,6 +132,19 @@ def test_hardly_any_cell_may_be_lost(lost: int, told: int) -> None:
     assert len(compare.differences(layout, stored, fresh)) == told
 
 
+@pytest.mark.parametrize("group", ["", "checked"])
+@pytest.mark.parametrize(("factor", "told"), [(0.5, 0), (2, 0), (0.25, 1), (4, 1)])
+def test_a_stored_bound_of_rounding_is_not_any_number(
+    data: Any, group: str, factor: float, told: int
+) -> None:
+    """It bounds the exponents; as a power of two it may be the next one."""
+    layout: Any = LAYOUT[group] if group else LAYOUT
+    fresh = data[group] if group else data
+    stored = {**fresh, "allowed": factor * fresh["allowed"]}
+    found = compare.differences(layout, stored, fresh)
+    assert [x.place.partition("[")[0] for x in found] == told * ["allowed"]
+
+
 def doubted(*given: Any) -> Cells:
     """Cells of which one is not certain, and another has a code that no map finds."""
     found = cells_of_starts(*given)

@@ -1,5 +1,6 @@
 """The experiment `full_shift`: what it proves, what it says where it does not, and its report."""
 
+import copy
 import math
 from fractions import Fraction
 from typing import Any
@@ -270,28 +271,37 @@ def test_a_theorem_names_the_energies_for_which_it_holds(
     nothing: Any = None
     proven = proof.Proven([], [], nothing, [], [], (1.0, 2.0), ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
+    monkeypatch.setattr(full_shift, "margins", lambda _: {})
     config = asked("full_shift")
     config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
-    data = {"sets": {"symbol": np.array([])}, "energies": {"shift": 0.5, "spread": 0.25}}
+    line = {"theta2": np.array([1.25, 1.75])}
+    data = {"line": line, "energies": {"shift": 0.5, "spread": 0.25}}
     *_, last = full_shift.theorems(config, data)
     assert words in last
 
 
-def test_symbols_of_sets_are_those_of_their_orbits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The proof does not use them, but tables and figures show them."""
-    nothing: Any = None
-    arrivals: Any = [Mock(right=right) for right in (True, False)]
-    proven = proof.Proven(arrivals, [[]], nothing, [], [1], (1.0, 2.0), ("", "", ""))
+def test_what_tables_show_is_what_the_proof_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The proof uses no symbols and margins, but tables and figures show them."""
+    arrivals: Any = [
+        Mock(right=right, bound=1e-9, late=1e-9, duration=(5.0, 6.0)) for right in (True, False)
+    ]
+    start: Any = Mock(bound=1e-9)
+    crossed = coverings.Relation(0, 1, 168.0, 0.01, 253.0, 0.03)
+    proven = proof.Proven(arrivals, [[crossed]], start, [crossed], [1], (1.0, 2.0), ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
-    config = asked("full_shift")
-    right, wrong = {"symbol": np.array([1, 0])}, {"symbol": np.array([1, 1])}
-    said = full_shift.theorems(config, {"sets": right, "approach": {"symbol": np.array([1])}})
-    assert said[0].startswith("0 covering relations hold")
+    config, data = asked("full_shift"), full_shift.margins(proven)
+    data["line"]["theta2"] = np.array([1.0, 2.0])
+    said = full_shift.theorems(config, data)
+    assert said[0].startswith("1 covering relations hold")
     after = "crosses the sets after the symbols 1: every one-sided sequence is a start's code"
     assert said[1].endswith(f"{after} behind these")
-    for data in ({"sets": wrong}, {"sets": right, "approach": {"symbol": np.array([0])}}):
-        with pytest.raises(ArithmeticError, match="the symbols of the sets are not those"):
-            full_shift.theorems(config, data)
+    assert data["sets"]["symbol"].tolist() == [1, 0]
+    for group, name in [(group, name) for group, fields in data.items() for name in fields]:
+        wrong = copy.deepcopy(data)
+        # The least change of a symbol, or of a number beyond what is rounding.
+        wrong[group][name] = np.where(wrong[group][name] == 0, 1, wrong[group][name] * (1 + 2e-4))
+        with pytest.raises(ArithmeticError, match=f"{group}/{name} is not"):
+            full_shift.theorems(config, wrong)
 
 
 @pytest.mark.slow

@@ -270,7 +270,7 @@ def test_a_plane_costs_an_array_of_orbits_for_each_body(
     monkeypatch.setattr(costs, "at_stake", lambda *_: many)
     given = over(*pair)
     begun += 0 if many else actions * route_map.OWN_ACTION
-    expected = 7e-3 * sum(weights) + begun * arrays
+    expected = route_map.BEGIN + 7e-3 * sum(weights) + begun * arrays
     assert route_map.cost(given) == pytest.approx(expected, rel=1e-3)
     bodies, *others = zip(*(call.args for call in seconds.call_args_list), strict=True)
     assert [round(1e6 * float(one.body.mu)) for one in bodies] == weights

@@ -67,23 +67,14 @@ def test_the_time_left_is_estimated_from_shares_by_what_experiments_are_expected
     shown.hear("a", "computing")
     clock.now = 4.0
     shown.end("a", well=True)
-    assert log().endswith("[25 % of about 4 s, 00:04, 00:12 left] 1 of 3 done\n")
+    assert log().endswith("[25 %, 00:04, 00:12 left] 1 of 3 done\n")
     clock.now = 10.0
     shown.hear("b", PartDone("part 3 of 5", 3, 5))
-    assert log() == "[62 % of about 4 s, 00:10, 00:06 left] 1 of 3 done; b: part 3 of 5\n"
+    assert log() == "[62 %, 00:10, 00:06 left] 1 of 3 done; b: part 3 of 5\n"
     # The share of another array in it, which takes nothing back.
     clock.now = 14.0
     shown.hear("b", PartDone("part 1 of 5", 1, 5))
     assert log() == ""
-
-
-def test_where_it_is_unknown_how_many_go_side_by_side_no_whole_time_is_told(
-    log: Callable[[], str], clock: SimpleNamespace
-) -> None:
-    shown = Progress(2, {"a": 2.0, "b": 6.0}, 0)
-    clock.now = 4.0
-    shown.end("a", well=True)
-    assert log() == "[25 %, 00:04, 00:12 left] 1 of 2 done\n"
 
 
 def test_at_the_end_no_time_is_left_and_none_less_than_none(
@@ -93,7 +84,7 @@ def test_at_the_end_no_time_is_left_and_none_less_than_none(
     shown = Progress(1, {"a": 0.9})
     for clock.now in (12.0, 24.0):
         shown.hear("a", PartDone("part", clock.now, 24))
-    assert log().splitlines()[-1].startswith("[100 % of about 1 s, 00:24, 00:00 left]")
+    assert log().splitlines()[-1].startswith("[100 %, 00:24, 00:00 left]")
 
 
 def test_the_last_line_in_a_log_is_what_the_last_experiment_says(
@@ -210,6 +201,18 @@ def test_a_terminal_has_one_line_that_changes_and_keeps_the_last_of_what_ended_w
     assert terminal.screen() == ["x: up to date", "a: written", ""]
     # None wraps, with the blanks that write over the rest of a longer one.
     assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 70
+
+
+@pytest.mark.parametrize(("at_once", "whole"), [(2, " of about 4 s"), (0, "")])
+def test_a_whole_time_is_told_until_one_is_learned_where_it_is_known_how_many_go_side_by_side(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch, at_once: int, whole: str
+) -> None:
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with Progress(2, {"a": 2.0, "b": 6.0}, at_once) as shown:
+        shown.hear("a", "computing")
+        waits_for(f"[0 %{whole}, 00:00, ? left] 0 of 2 done", terminal)
+        shown.hear("a", PartDone("part", 1, 2))
+        waits_for("[12 %, 00:00, ", terminal)
 
 
 def test_work_that_ends_before_its_first_part_leaves_no_line(

@@ -84,6 +84,12 @@ def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
     assert near == pytest.approx(open_ * costs.integration(SLOW, (106,)))
 
 
+def test_what_rungs_decide_takes_no_time_of_a_far_precision() -> None:
+    """Measured of 95 orbits, of which none took more than 76 bits: as long as with the others."""
+    far, near = (costs.integration(problem(), x) for x in ((53, 1000), (53, 106, 160, 1000)))
+    assert 1 - 1e-9 < far / near < 1.3
+
+
 @pytest.mark.parametrize("bits", [53, 82])
 def test_a_displacement_of_surfaces_costs_its_own_bits(bits: int) -> None:
     less = bits - closeness(SLOW) / math.log(2)
@@ -170,9 +176,9 @@ def test_orbits_are_expected_to_take_the_cheaper_way(
         each = dict(zip((53, 64, 72, 75), shares, strict=True))
         monkeypatch.setattr(mapped, "expected_cost", lambda *x, each=each: each[x[-2]] * most)
         by_either = integrated if tables is None else tables * most + by_maps
-        expected = by_either if orbits > 10_000 else integrated
+        expected = choice.SLOWER * (by_either if orbits > 10_000 else integrated)
         assert choice.expected_seconds(problem(), orbits) == pytest.approx(expected)
-    assert choice.expected_seconds(problem(), orbits, (106,)) > 5 * integrated
+    assert choice.expected_seconds(problem(), orbits, (106,)) > 10 * integrated
 
 
 def test_slow_orbits_come_with_the_reason_where_they_make_all_slow() -> None:

@@ -26,19 +26,24 @@ def _both(stored: Data, fresh: Data, name: str) -> Any:
 _KNOWN = where(lambda stored, fresh: _both(stored, fresh, "exponent"))
 
 
+def _allowed(stored: Data, fresh: Data) -> Any:
+    """The smaller one of two bounds of rounding, powers of two: neither may be any number."""
+    return np.fmin(stored["allowed"], fresh["allowed"])
+
+
 def _rounded(name: str, stored: Data, fresh: Data) -> Any:
-    """Bound of exponents: where both are known, they differ by the stored bounds of rounding."""
+    """Bound of exponents: where both are known, they differ by the bounds of rounding."""
     both = _both(stored, fresh, "exponent")
     lost = np.isfinite(stored["exponent"]) & ~both
     # Up to a share `LOST` of cells may cease to be known; if there are more, all are compared,
     # so that NaN against a number is reported.
     held = both | lost if lost.mean() > LOST else both
-    return np.where(held, MARGIN * stored["allowed"], np.inf)
+    return np.where(held, MARGIN * _allowed(stored, fresh), np.inf)
 
 
 def _grown(name: str, stored: Data, fresh: Data) -> Any:
-    """The stored bound for the growths by both methods; that of the map is a small part of it."""
-    return np.where(_both(stored, fresh, "growth"), stored["allowed"], np.inf)
+    """The bound for the growths by both methods; that of the map is a small part of it."""
+    return np.where(_both(stored, fresh, "growth"), _allowed(stored, fresh), np.inf)
 
 
 _cell = partial(double, "1", dimensions=("rows", "columns"), gaps=True, within=_rounded)

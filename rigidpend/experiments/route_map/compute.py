@@ -38,6 +38,8 @@ OF_START = ("theta2_0", "log10_J1_0")
 """Parameters that leave body and energy as they are, and so the return maps."""
 OWN_TILE = 2048
 """Cells in a part if each has a body or an energy of its own: some seconds."""
+BEGIN = 0.3
+"""Seconds of any run."""
 BY_INTEGRATION = 2e-4
 """Seconds of a core for a cell of 15 symbols, if a body has few cells.
 
@@ -201,7 +203,7 @@ def cost(config: Config) -> float:
     """Estimate the seconds that a config takes on one core, tables included."""
     problem = config.problem
     precisions = config.numerics.precisions
-    return sum(_cost(axes, problem, precisions) for axes in problem.planes.values())
+    return BEGIN + sum(_cost(axes, problem, precisions) for axes in problem.planes.values())
 
 
 def _cost(axes: tuple[Axis, Axis], problem: Problem, precisions: Sequence[int]) -> float:

@@ -35,11 +35,12 @@ from rigidpend.routes.problem import passage_rotations
 
 FINER = 2.0**-20
 """Width of a level's bracket as a share of its step; so narrow that levels can be compared."""
-BEGIN, AT_LEAST, COLUMNS = 0.3, 1.2e-3, 25
+BEGIN, AT_LEAST, COLUMNS = 0.8, 1.2e-3, 25
 """Seconds of any run, and of a symbol of a level; and the number of columns that doubles these.
 
 A symbol takes those seconds for each rotation of a passage, and once more.
-Measured on one core with five bodies, of 1.4 to 7.5 rotations a passage."""
+Measured on one core with five bodies, of 1.4 to 7.5 rotations a passage. Of the
+smallest runs all was 1.3 to 1.6 s on a crowded machine."""
 DEEP, ALONE = 7e-4, 1.8e-5
 """Seconds of the search and of the reference orbits, and of a symbol of an orbit in many bits.
 

@@ -44,10 +44,11 @@ TURNED = 5.7
 A step of `LENGTH` turns by about 4 nu/pi radians, more than this from nu = 4.5 on."""
 LEFT, MOST_BITS = 23, 98
 """Bits of coefficients at the end, and bits at most: pairs of doubles know no more."""
-STEP_OF_60_BITS, TRIES = 0.02, 1.3
+STEP_OF_60_BITS, TRIES = 0.015, 1.3
 """Seconds of a core for a step with 60 bits, as the square of the bits; attempts at an interval.
 
-Measured with the bodies of Fig. 4 and Fig. 5 and one of Table 1: 0.6 to 1.7 times as long."""
+Measured with the bodies of Fig. 4 and Fig. 5 and one of Table 1. On a crowded machine whole runs of
+three bodies took 1.1 to 1.8 times as long as they are estimated so."""
 ROUGH = 1e-2
 """Coefficients in u of half-lengths that are left out where they are smaller, t'."""
 
