@@ -199,21 +199,27 @@ def test_no_two_ticks_of_separatrices_overlap_for_any_body(alpha0: float) -> Non
     assert_legible(figure)
 
 
-def test_ticks_of_a_tiny_plane_leave_room_for_each_other_and_for_its_labels() -> None:
-    """Ends that agree in 13 digits: what they share is told once."""
+@pytest.mark.parametrize(
+    ("middle", "share"), [(1e-3, 1e-13), (1e-3, 6e-3), (-17.7, 1e-3), (1.3342, 2e-7)]
+)
+def test_ticks_of_a_tiny_plane_leave_room_for_each_other_and_for_its_labels(
+    middle: float, share: float
+) -> None:
+    """Ends that agree in 2 to 13 digits: what they share is told once."""
     result = reference("route_map")
     del result["data"]["zooms"]
-    for axis, middle in (("x", 1.5), ("y", 1e-3)):
+    for axis, where, wide in (("x", 1.5, 1e-13), ("y", middle, share)):
         values = result["data"][axis]
-        values[:] = middle * (1 + 1e-13 * np.linspace(0, 1, len(values)))
+        values[:] = where + abs(where) * wide * np.linspace(0, 1, len(values))
     figure = laid_out(styled(result))
     [axes] = figure.axes
     across, upwards = (
-        [text.get_window_extent() for text in texts if text.get_text()]
-        for texts in (axes.get_xticklabels(), axes.get_yticklabels())
+        [text.get_window_extent() for text in tick_labels(axis)]
+        for axis in (axes.xaxis, axes.yaxis)
     )
     assert all(left.x1 < right.x0 for left, right in pairwise(across))
-    assert min(box.x0 for box in upwards) > axes.yaxis.label.get_window_extent().x1 > 0
+    label = axes.yaxis.label.get_window_extent()
+    assert min(box.x0 for box in upwards) > label.x1 > label.x0 >= 0
     assert axes.xaxis.get_offset_text().get_text()
 
 
