@@ -117,11 +117,13 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
     from matplotlib import rcParams
     from matplotlib.transforms import Bbox
 
+    from rigidpend.experiments.plots import inches
+
     wide, high = map(float, figure.get_size_inches())
     room = max(20, int((wide - 2 * MARGIN) / CHARACTER))
     lines = _wrapped(foot, room)
     # Digits and capitals are wider than the mean.
-    while room > 20 and max(map(_inches, lines)) > wide - 2 * MARGIN:
+    while room > 20 and max(inches(x, FOOT) for x in lines) > wide - 2 * MARGIN:
         room -= 1
         lines = _wrapped(foot, room)
     below = LINE * len(lines) + MARGIN
@@ -157,15 +159,6 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
 
 def _wrapped(foot: Sequence[str], room: int) -> list[str]:
     return [line for said in foot for line in textwrap.wrap(said, room)]
-
-
-def _inches(line: str) -> float:
-    """Width of a line at the foot, in which nothing is a formula."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
-
-    font = FontProperties(size=FOOT)
-    return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0]) / 72
 
 
 def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:

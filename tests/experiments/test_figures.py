@@ -111,6 +111,26 @@ def test_a_few_columns_beside_a_thousand_have_their_words_on_the_page(phases: An
     assert_legible(styled(arrays(np.arange(1000) / 100, phases, rows=2)))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("names", "columns"),
+    [
+        (["left", "twelve_lettr"], [63, 10]),
+        (["m" * 40], [3]),
+        ([f"eleventh_{k}_" for k in range(6)], [3] * 6),
+        ([f"eleventh_{k}_" for k in range(6)], [63] * 6),
+    ],
+)
+def test_names_of_arrays_are_on_the_page_and_apart(names: list[str], columns: list[int]) -> None:
+    result = arrays(*(np.arange(count) / 100 for count in columns))
+    result["data"] = dict(zip(names, result["data"].values(), strict=True))
+    figure = styled(result)
+    assert_legible(figure)
+    # Each is told as far as there is room.
+    said = [axes.get_title(side) for axes in figure.axes for side in ("left", "right")]
+    assert [x[0] for x in said if x] == [x[0] for x in names]
+
+
 @pytest.mark.parametrize(("columns", "rows", "lined"), [(300, 30, True), (1000, 2, False)])
 def test_lines_between_cells_do_not_cover_them(columns: int, rows: int, lined: bool) -> None:
     [axes] = styled(arrays(np.arange(columns) / 100, rows=rows)).axes
@@ -199,6 +219,7 @@ def test_no_two_ticks_of_separatrices_overlap_for_any_body(alpha0: float) -> Non
     assert_legible(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("middle", "share"), [(1e-3, 1e-13), (1e-3, 6e-3), (-17.7, 1e-3), (1.3342, 2e-7)]
 )
