@@ -284,6 +284,15 @@ def lengthen(data: Any) -> None:
     data["closed_form"] = {key: values[near] for key, values in data["closed_form"].items()}
 
 
+def name_at_length(data: Any) -> None:
+    """Each body with a name of 40 letters."""
+    bodies = data["bodies"]
+    bodies["name"] = np.array(
+        [f"{'Wide_name_of_a_body' * 2}{k:02}" for k in range(len(bodies["nu"]))]
+    )
+    data["curve"]["body"] = bodies["name"][0]
+
+
 def rename(data: Any) -> None:
     bodies = enumerate(data["bodies"].values())
     data["bodies"] = {f"Wide_name_of_the_body_number_{k}": body for k, body in bodies}
@@ -313,6 +322,7 @@ CHANGES: list[tuple[str, Callable[[Any], object], int]] = [
     ("exponents", forget, 4),
     ("splitting", leave_one, 4),
     ("splitting", lengthen, 4),
+    ("splitting", name_at_length, 4),
     ("../measured/stress", refuse, 3),
     *((name, divide, 4) for name in ("precession", "splitting")),
     # Both label their weights by one function; the panels of the first have less room.
