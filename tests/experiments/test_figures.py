@@ -11,7 +11,14 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Loaded
-from tests.experiments.pages import assert_legible, drawn_with, laid_out, styled, tick_labels
+from tests.experiments.pages import (
+    assert_legible,
+    drawn_with,
+    laid_out,
+    overlap,
+    styled,
+    tick_labels,
+)
 from tests.experiments.trees import reference
 
 
@@ -242,6 +249,27 @@ def test_ticks_of_a_tiny_plane_leave_room_for_each_other_and_for_its_labels(
     label = axes.yaxis.label.get_window_extent()
     assert min(box.x0 for box in upwards) > label.x1 > label.x0 >= 0
     assert axes.xaxis.get_offset_text().get_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("later", [0.0, 900.0])
+def test_the_angle_is_drawn_from_where_an_orbit_leaves_its_first_plateau(later: float) -> None:
+    """From a J1_0 of 1e-300 that is after five sixths of the time."""
+
+    def change(data: Any) -> None:
+        for case in data.values():
+            case["t"][1:] += later
+            case["crossing_time"] += later
+
+    figure = drawn_with("fig5", change)
+    assert_legible(figure)
+    for axes in figure.axes[::2]:
+        (low, high), first = axes.get_xlim(), axes.texts[0].xy[0]
+        assert (low == 0) == (later == 0)
+        assert 0.1 < (first - low) / (high - low) < 0.3
+        rings = [ring.get_window_extent() for x in axes.texts if (ring := x.get_bbox_patch())]
+        assert len(rings) == 6
+        assert not overlap(rings)
 
 
 def copies(group: Any, name: str, count: int) -> None:
