@@ -264,7 +264,8 @@ def test_the_angle_is_drawn_from_where_an_orbit_leaves_its_first_plateau(later: 
     figure = drawn_with("fig5", change)
     assert_legible(figure)
     for axes in figure.axes[::2]:
-        (low, high), first = axes.get_xlim(), axes.texts[0].xy[0]
+        number: Any = axes.texts[0]
+        (low, high), first = axes.get_xlim(), number.xy[0]
         assert (low == 0) == (later == 0)
         assert 0.1 < (first - low) / (high - low) < 0.3
         rings = [ring.get_window_extent() for x in axes.texts if (ring := x.get_bbox_patch())]
