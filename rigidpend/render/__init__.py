@@ -92,19 +92,25 @@ def kept(target: Path, origin: str) -> bytes | None:
     return found if whole and origin.encode() in found else None
 
 
+def settle() -> None:
+    """Settle what matplotlib, before its import, takes from its surroundings and says of them."""
+    # A figure in a file needs no display; an unknown backend in the user's environment would stop
+    # matplotlib's import.
+    os.environ["MPLBACKEND"] = "agg"
+    # It warns where it cannot keep its cache of fonts, and fontTools of the dates in these.
+    for name in ("matplotlib", "fontTools"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+
+
 def image(result: Loaded, suffix: str, origin: str = "") -> bytes:
     """Draw a loaded result as the bytes of a file, whose format is one of `ENDS`.
 
     Its metadata have the `origin`, as of :func:`drawn_from`. One of `OF_VALUES` if its values
     cannot be drawn, as layouts declare no ranges.
     """
-    # A figure in a file needs no display; an unknown backend in the user's environment would stop
-    # matplotlib's import.
-    os.environ["MPLBACKEND"] = "agg"
+    settle()
     import matplotlib
 
-    # fontTools warns of the dates in matplotlib's own fonts.
-    logging.getLogger("fontTools").setLevel(logging.ERROR)
     told = {**result["attributes"], "drawn_from": origin}
     with matplotlib.rc_context(fname=STYLE):
         figure = experiments.drawing(told["experiment"]).draw(result)
