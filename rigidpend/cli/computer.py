@@ -1,7 +1,7 @@
 """`rigidpend cache`, `doctor`: the cache and the installation on this machine."""
 
-import os
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -131,4 +131,9 @@ def _folders(results: Path) -> Iterator[Finding]:
 def _writable(folder: Path) -> bool:
     """True if files can be made in a folder, or the folder itself if it does not exist."""
     near = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-    return near.is_dir() and os.access(near, os.W_OK)
+    # Made, as permissions say less: in /proc their owner may write, and cannot.
+    try:
+        with tempfile.TemporaryDirectory(dir=near):
+            return True
+    except OSError:
+        return False

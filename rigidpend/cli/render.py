@@ -44,7 +44,8 @@ def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: boo
     from rigidpend.machine.workers import cores, side_by_side
 
     # Each once, in the order in which they are named.
-    paths = {folder_of(x, folder) / f"{x.stem}.h5": x for x in catalogue.resolve(names, folder)}
+    given = catalogue.resolve(names, folder, absent=True)
+    paths = {folder_of(x, folder) / f"{x.stem}.h5": x for x in given}
     absent = {source: x for source, x in paths.items() if not os.path.lexists(source)}
     sources = [source for source in paths if source not in absent]
     # In a new process, importing the drawing libraries takes as long as several figures.
@@ -77,11 +78,14 @@ def _drawn(source: Path, suffix: str, force: bool) -> bool:
 
 
 def _tell_absent(absent: Mapping[Path, Path], folder: Path) -> None:
-    """Report the configs without results, and the command that makes these."""
+    """Report the results that are not there, and the commands that make these."""
     known = catalogue.known()
-    names = [x.stem if known.get(x.stem) == x else str(x) for x in absent.values()]
+    configs = [x for x in absent.values() if x.suffix != ".h5"]
+    names = [x.stem if known.get(x.stem) == x else str(x) for x in configs]
     files, are = ", ".join(map(str, absent)), "is" if len(absent) == 1 else "are"
-    say(f"rigidpend: {files} {are} not there; {catalogue.call('run', names, folder)}")
+    mends = [catalogue.call("run", names, folder)] if names else []
+    mends += [catalogue.remedy(x) for x in absent.values() if x.suffix == ".h5"]
+    say("; ".join([f"rigidpend: {files} {are} not there", *filter(None, mends)]))
 
 
 @click.command("report")
@@ -99,7 +103,7 @@ def report_command(names: tuple[str, ...], folder: Path, target: Path | None) ->
     With names the page has only these results.
 
     The page needs no other file, no network and no script. If a result cannot be shown, the page
-    says why, and the exit code is 1.
+    says why, and the exit code is 1; without any result there is no page, and it is 3.
 
     \b
     Examples:
@@ -113,7 +117,7 @@ def report_command(names: tuple[str, ...], folder: Path, target: Path | None) ->
     # A name of another kind may be that of a result or a config, which the page would replace.
     if path.suffix != ".html":
         raise click.UsageError(f"{path}: the name of a page ends in .html")
-    given = catalogue.resolve(names, folder)
+    given = catalogue.resolve(names, folder, absent=True)
     sources = [folder_of(x, folder) / f"{x.stem}.h5" for x in given] or report.results(folder)
     problems = report.write(sources, path)
     for problem in problems:

@@ -77,11 +77,11 @@ def in_all(path: Path) -> bool:
     return path.parent in folders()
 
 
-def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
+def resolve(names: tuple[str, ...], folder: Path = RESULTS, absent: bool = False) -> list[Path]:
     """Find the files meant by names, by paths, or by `all`; each once, in order.
 
     A name stands for a known config, for one in the current folder, or for a result stored in the
-    folder of results. One error lists all wrong names.
+    folder of results. One error lists all wrong names; a RESULT.h5 may be `absent` if so.
     """
     by_name = known()
     paths: list[Path] = []
@@ -89,7 +89,7 @@ def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
     for name in names:
         try:
             everything = filter(in_all, by_name.values())
-            paths.extend(everything if name == "all" else [_file(name, by_name, folder)])
+            paths.extend(everything if name == "all" else [_file(name, by_name, folder, absent)])
         except ConfigError as error:
             complaints += error.complaints
     if complaints:
@@ -101,10 +101,11 @@ def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
     return list(first.values())
 
 
-def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
+def _file(name: str, by_name: dict[str, Path], folder: Path, absent: bool) -> Path:
     path = Path(name)
     if path.suffix in SUFFIXES:
-        if path.is_file():
+        lacking = path.suffix == ".h5" and not path.exists()
+        if path.is_file() or (absent and lacking):
             return path
         # Reading a device or a pipe might never end.
         message = "not a file" if path.exists() else "there is no such file"

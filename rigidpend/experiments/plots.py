@@ -13,10 +13,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FixedFormatter, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
@@ -86,6 +88,20 @@ def logarithmic_ticks(axes: Axes, values: Array) -> None:
     if high < 100 * low:
         axes.set_xticks([low, high], [f"${power(x)}$" for x in (low, high)])
         axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def inches(said: str, size: float) -> float:
+    """Width of a line of a size in points, in which nothing is a formula."""
+    font = FontProperties(size=size)
+    return float(text_to_path.get_text_width_height_descent(said, font, ismath=False)[0]) / 72
+
+
+def fitting(said: str, size: float, room: float) -> str:
+    """A text, with its middle left out if it is wider than a room in inches."""
+    short, half = said, (len(said) - 1) // 2
+    while half and inches(short, size) > room:
+        short, half = f"{said[:half]}\u2026{said[-half:]}", half - 1
+    return short
 
 
 FLATTEST = 0.1

@@ -50,10 +50,14 @@ def library(failed: ImportError) -> str:
 
 
 def say_warnings(say: Callable[[str], object]) -> None:
-    """Report warnings as plain sentences, without their place in the code."""
+    """Report warnings as plain sentences, each once, without their place in the code."""
+    told = set[str]()
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        say(f"rigidpend: warning: {message}")
+        # Python forgets which it has given where any are caught, and so at each part of a run.
+        if (said := str(message)) not in told:
+            told.add(said)
+            say(f"rigidpend: warning: {said}")
 
     warnings.showwarning = show
 

@@ -92,19 +92,25 @@ def kept(target: Path, origin: str) -> bytes | None:
     return found if whole and origin.encode() in found else None
 
 
+def settle() -> None:
+    """Settle what matplotlib, before its import, takes from its surroundings and says of them."""
+    # A figure in a file needs no display; an unknown backend in the user's environment would stop
+    # matplotlib's import.
+    os.environ["MPLBACKEND"] = "agg"
+    # It warns where it cannot keep its cache of fonts, and fontTools of the dates in these.
+    for name in ("matplotlib", "fontTools"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+
+
 def image(result: Loaded, suffix: str, origin: str = "") -> bytes:
     """Draw a loaded result as the bytes of a file, whose format is one of `ENDS`.
 
     Its metadata have the `origin`, as of :func:`drawn_from`. One of `OF_VALUES` if its values
     cannot be drawn, as layouts declare no ranges.
     """
-    # A figure in a file needs no display; an unknown backend in the user's environment would stop
-    # matplotlib's import.
-    os.environ["MPLBACKEND"] = "agg"
+    settle()
     import matplotlib
 
-    # fontTools warns of the dates in matplotlib's own fonts.
-    logging.getLogger("fontTools").setLevel(logging.ERROR)
     told = {**result["attributes"], "drawn_from": origin}
     with matplotlib.rc_context(fname=STYLE):
         figure = experiments.drawing(told["experiment"]).draw(result)
@@ -117,11 +123,13 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
     from matplotlib import rcParams
     from matplotlib.transforms import Bbox
 
+    from rigidpend.experiments.plots import inches
+
     wide, high = map(float, figure.get_size_inches())
     room = max(20, int((wide - 2 * MARGIN) / CHARACTER))
     lines = _wrapped(foot, room)
     # Digits and capitals are wider than the mean.
-    while room > 20 and max(map(_inches, lines)) > wide - 2 * MARGIN:
+    while room > 20 and max(inches(x, FOOT) for x in lines) > wide - 2 * MARGIN:
         room -= 1
         lines = _wrapped(foot, room)
     below = LINE * len(lines) + MARGIN
@@ -157,15 +165,6 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
 
 def _wrapped(foot: Sequence[str], room: int) -> list[str]:
     return [line for said in foot for line in textwrap.wrap(said, room)]
-
-
-def _inches(line: str) -> float:
-    """Width of a line at the foot, in which nothing is a formula."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
-
-    font = FontProperties(size=FOOT)
-    return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0]) / 72
 
 
 def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:

@@ -7,7 +7,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
 from rigidpend.numbers.expressions import as_written
 
-SHARED = ("beta0", "mu", "h", "h0", "half_turns", "approach", "M_0", "J1_0", "theta2_0")
+SHARED = ("beta0", "mu", "h", "around", "h0", "half_turns", "approach", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that follow the body, in this order, if they have a single value."""
 LONGEST = 300
 """Largest number of characters of a value that are shown."""
@@ -39,8 +39,9 @@ def bodies(result: Loaded) -> list[str]:
     shared = [
         f"{key} = {_shown(value)}"
         for key, value in given.items()
-        # A mapping is an axis with cells, which the figure itself shows.
-        if value is not None and not isinstance(value, Mapping)
+        # A mapping is an axis with cells, which the figure itself shows; an interval of energies
+        # of no width is one energy.
+        if value is not None and not isinstance(value, Mapping) and (key, value) != ("around", "0")
     ]
     # The word gamma0 of a config is stored as null.
     if "beta0" in problem and problem["beta0"] is None:

@@ -107,6 +107,7 @@ def _section(source: Path) -> ResultSection:
 
 def section(result: Any, drawn: bytes | None = None) -> ResultSection:
     """Make the section of a result; its image is drawn now if none is given."""
+    render.settle()
     attributes = result["attributes"]
     rows = {key: attributes.get(key, "") for key in ("engine", "config_hash", "code_hash")}
     rows |= result["provenance"]

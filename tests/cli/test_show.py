@@ -211,14 +211,16 @@ def test_what_is_missing_is_said_with_its_cost_and_its_cure(
     assert found["note"].startswith(said)
 
 
+@pytest.mark.parametrize("folder", ["file/results", "/proc/results"])
 def test_folders_that_cannot_be_written_are_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str
 ) -> None:
+    """Of /proc its owner may make files, by its permissions."""
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    done = call(tmp_path, "doctor", "--out", "file/results", "--json")
+    done = call(tmp_path, "doctor", "--out", folder, "--json")
     found = {one["name"]: one for one in json.loads(done.stdout)}
     assert done.returncode == 3
-    assert found["results"]["note"] == "file/results; choose another folder with --out"
+    assert found["results"]["note"] == f"{folder}; choose another folder with --out"
     assert "made anew by each run" in found["cache"]["note"]
     assert not found["cache"]["needed"]

@@ -287,6 +287,20 @@ def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
 
 
+def test_an_absent_file_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
+    damaged(tmp_path / "results", "fig1", "fig2")
+    good = str(Path("results", "fig2.h5"))
+    done = call(tmp_path, "render", "no.h5", "fig3.h5", good)
+    told = "no.h5, fig3.h5 are not there; call: rigidpend run fig3 --out ."
+    drawn, absent = done.stderr.splitlines()
+    assert (drawn, absent) == (f"fig2: {Path('results', 'fig2.png')} drawn", f"rigidpend: {told}")
+    assert done.returncode == 3
+    done = call(tmp_path, "report", "no.h5", good)
+    written = f"{Path('results', 'report.html')} written"
+    told = "rigidpend: no.h5: there is no such file"
+    assert (done.stderr.splitlines(), done.returncode) == ([told, written], 1)
+
+
 def test_more_than_a_few_new_figures_are_drawn_side_by_side(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

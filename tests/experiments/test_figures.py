@@ -11,7 +11,14 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Loaded
-from tests.experiments.pages import assert_legible, drawn_with, laid_out, styled, tick_labels
+from tests.experiments.pages import (
+    assert_legible,
+    drawn_with,
+    laid_out,
+    overlap,
+    styled,
+    tick_labels,
+)
 from tests.experiments.trees import reference
 
 
@@ -111,6 +118,26 @@ def test_a_few_columns_beside_a_thousand_have_their_words_on_the_page(phases: An
     assert_legible(styled(arrays(np.arange(1000) / 100, phases, rows=2)))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("names", "columns"),
+    [
+        (["left", "twelve_lettr"], [63, 10]),
+        (["m" * 40], [3]),
+        ([f"eleventh_{k}_" for k in range(6)], [3] * 6),
+        ([f"eleventh_{k}_" for k in range(6)], [63] * 6),
+    ],
+)
+def test_names_of_arrays_are_on_the_page_and_apart(names: list[str], columns: list[int]) -> None:
+    result = arrays(*(np.arange(count) / 100 for count in columns))
+    result["data"] = dict(zip(names, result["data"].values(), strict=True))
+    figure = styled(result)
+    assert_legible(figure)
+    # Each is told as far as there is room.
+    said = [axes.get_title(side) for axes in figure.axes for side in ("left", "right")]
+    assert [x[0] for x in said if x] == [x[0] for x in names]
+
+
 @pytest.mark.parametrize(("columns", "rows", "lined"), [(300, 30, True), (1000, 2, False)])
 def test_lines_between_cells_do_not_cover_them(columns: int, rows: int, lined: bool) -> None:
     [axes] = styled(arrays(np.arange(columns) / 100, rows=rows)).axes
@@ -199,22 +226,51 @@ def test_no_two_ticks_of_separatrices_overlap_for_any_body(alpha0: float) -> Non
     assert_legible(figure)
 
 
-def test_ticks_of_a_tiny_plane_leave_room_for_each_other_and_for_its_labels() -> None:
-    """Ends that agree in 13 digits: what they share is told once."""
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("middle", "share"), [(1e-3, 1e-13), (1e-3, 6e-3), (-17.7, 1e-3), (1.3342, 2e-7)]
+)
+def test_ticks_of_a_tiny_plane_leave_room_for_each_other_and_for_its_labels(
+    middle: float, share: float
+) -> None:
+    """Ends that agree in 2 to 13 digits: what they share is told once."""
     result = reference("route_map")
     del result["data"]["zooms"]
-    for axis, middle in (("x", 1.5), ("y", 1e-3)):
+    for axis, where, wide in (("x", 1.5, 1e-13), ("y", middle, share)):
         values = result["data"][axis]
-        values[:] = middle * (1 + 1e-13 * np.linspace(0, 1, len(values)))
+        values[:] = where + abs(where) * wide * np.linspace(0, 1, len(values))
     figure = laid_out(styled(result))
     [axes] = figure.axes
     across, upwards = (
-        [text.get_window_extent() for text in texts if text.get_text()]
-        for texts in (axes.get_xticklabels(), axes.get_yticklabels())
+        [text.get_window_extent() for text in tick_labels(axis)]
+        for axis in (axes.xaxis, axes.yaxis)
     )
     assert all(left.x1 < right.x0 for left, right in pairwise(across))
-    assert min(box.x0 for box in upwards) > axes.yaxis.label.get_window_extent().x1 > 0
+    label = axes.yaxis.label.get_window_extent()
+    assert min(box.x0 for box in upwards) > label.x1 > label.x0 >= 0
     assert axes.xaxis.get_offset_text().get_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("later", [0.0, 900.0])
+def test_the_angle_is_drawn_from_where_an_orbit_leaves_its_first_plateau(later: float) -> None:
+    """From a J1_0 of 1e-300 that is after five sixths of the time."""
+
+    def change(data: Any) -> None:
+        for case in data.values():
+            case["t"][1:] += later
+            case["crossing_time"] += later
+
+    figure = drawn_with("fig5", change)
+    assert_legible(figure)
+    for axes in figure.axes[::2]:
+        number: Any = axes.texts[0]
+        (low, high), first = axes.get_xlim(), number.xy[0]
+        assert (low == 0) == (later == 0)
+        assert 0.1 < (first - low) / (high - low) < 0.3
+        rings = [ring.get_window_extent() for x in axes.texts if (ring := x.get_bbox_patch())]
+        assert len(rings) == 6
+        assert not overlap(rings)
 
 
 def copies(group: Any, name: str, count: int) -> None:
@@ -257,6 +313,15 @@ def lengthen(data: Any) -> None:
     data["closed_form"] = {key: values[near] for key, values in data["closed_form"].items()}
 
 
+def name_at_length(data: Any) -> None:
+    """Each body with a name of 40 letters."""
+    bodies = data["bodies"]
+    bodies["name"] = np.array(
+        [f"{'Wide_name_of_a_body' * 2}{k:02}" for k in range(len(bodies["nu"]))]
+    )
+    data["curve"]["body"] = bodies["name"][0]
+
+
 def rename(data: Any) -> None:
     bodies = enumerate(data["bodies"].values())
     data["bodies"] = {f"Wide_name_of_the_body_number_{k}": body for k, body in bodies}
@@ -286,6 +351,7 @@ CHANGES: list[tuple[str, Callable[[Any], object], int]] = [
     ("exponents", forget, 4),
     ("splitting", leave_one, 4),
     ("splitting", lengthen, 4),
+    ("splitting", name_at_length, 4),
     ("../measured/stress", refuse, 3),
     *((name, divide, 4) for name in ("precession", "splitting")),
     # Both label their weights by one function; the panels of the first have less room.

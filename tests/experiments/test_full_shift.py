@@ -2,6 +2,7 @@
 
 import copy
 import math
+import re
 from fractions import Fraction
 from typing import Any
 from unittest.mock import Mock
@@ -237,6 +238,21 @@ def test_the_last_theorem_needs_what_those_before_it_need(
     assert list(map(bool, proven.doubts)) == doubts
 
 
+@pytest.mark.parametrize(
+    ("around", "remedy"), [("0", "a larger mu/h"), ("1e-6", "a smaller around")]
+)
+def test_on_an_interval_of_energies_a_smaller_one_may_help(
+    data: Any, around: str, remedy: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(proof, "spread_of", lambda *_: 0)
+    monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
+    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [Mock(stretch=0.0)], []))
+    for name in ("prove_connections", "prove_transversal"):
+        monkeypatch.setattr(connections, name, Mock())
+    doubt, _, _ = proof.checked(asked("full_shift", f"problem.around={around}"), data).doubts
+    assert doubt.endswith(f"; {remedy} may help")
+
+
 @pytest.mark.parametrize("approached", [False, True])
 def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
     data: Any, approached: bool, monkeypatch: pytest.MonkeyPatch
@@ -367,6 +383,17 @@ def test_images_are_drawn_upon_the_sets_that_they_cross() -> None:
         images = [order for pale, order in drawn[:4] if pale]
         assert len(sets) == len(images) == 2
         assert max(sets) < min(images)
+
+
+def test_a_large_factor_is_told_in_three_digits() -> None:
+    result = reference("full_shift")
+    d = result["data"]["drawn"]["d"]
+    middle = d.mean(axis=1, keepdims=True)
+    d[:] = middle + (d - middle) / 1234
+    [*_, one, other] = [axes.get_title("left") for axes in draw.draw(result).axes]
+    for title in one, other:
+        [digits] = re.findall(r"of these, ([1-9][\d,]{4,}) times higher", title)
+        assert len(digits.replace(",", "").rstrip("0")) <= 3
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ def test_samples_of_a_thin_body_cross_with_its_route_or_are_told_to_be_too_few()
         asked("fig5", *THIN, "problem.n_symbols=3", "numerics.points=1000", CASE % "0.7")
     ).values()
     assert np.abs(case["crossing_error"]).max() < 1e-12 * case["crossing_time"][-1]
-    with pytest.raises(ArithmeticError, match="the samples miss a crossing"):
+    with pytest.raises(ArithmeticError, match=r"miss a crossing .* numerics\.points"):
         computed(asked("fig5", *THIN, "problem.n_symbols=3", CASE % "0.7"))
 
 

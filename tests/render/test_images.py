@@ -21,6 +21,7 @@ from rigidpend.render import report
 from rigidpend.runs import certificate_files
 from tests.cli.calls import REFERENCE, call
 from tests.experiments.trees import reference
+from tests.processes import python
 
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 FAULTS = (NameError, TypeError, AttributeError, ImportError, AssertionError)
@@ -45,6 +46,21 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(draw, "draw", small)
     monkeypatch.setattr(render, "PIXELS", 300)
     return Path(shutil.copy(REFERENCE / "fig2.h5", tmp_path / "fig2.h5"))
+
+
+@pytest.mark.slow
+def test_matplotlib_says_nothing_of_its_surroundings(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No display and no place for its cache of fonts, though the image is known already."""
+    page, picture = source.with_name("page.html"), source.with_suffix(".png")
+    render.render(source, picture)
+    for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(source / "in a file"))
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
+    done = python(source.parent, "-m", "rigidpend", "report", str(source), "--to", str(page))
+    assert (done.stderr, done.returncode) == (f"{page} written\n", 0)
 
 
 @pytest.mark.slow

@@ -51,7 +51,7 @@ def draw(result: Loaded) -> Figure:
         frame: Any = {"fill": False, "ec": "0.2", "lw": 0.8}
         whole.add_patch(Rectangle((x[0], y[0]), x[1] - x[0], y[1] - y[0], **frame))
         times = np.ptp(np.array(whole.get_ylim())) / (y[1] - y[0])
-        title(near, "cd"[column], f"one crossing of these, {times:.0f} times higher")
+        title(near, "cd"[column], f"one crossing of these, {_rounded(times)} times higher")
     entries = [
         *(entry(f"set of symbol {k}", color=COLOUR[k], lw=4) for k in (0, 1)),
         *(entry(f"image of set {k}", color=COLOUR[k], lw=4, alpha=0.4) for k in (0, 1)),
@@ -79,6 +79,11 @@ def _draw(axes: Axes, data: Data, rising: bool, edge: float = 0.6) -> None:
         axes.fill(*outline, color=colour, alpha=alpha, zorder=1.2 if of_image else 1, **look)
     axes.set(xlabel=r"$\chi$ (rad)", ylabel="$d$ from the stable surface (1)")
     axes.ticklabel_format(style="sci", scilimits=(-2, 2))
+
+
+def _rounded(times: float) -> str:
+    """A factor in three digits, written out: 105,000."""
+    return f"{float(f'{times:.3g}'):,.0f}"
 
 
 def _crossing(drawn: Data, source: int, target: int) -> tuple[Any, Any]:

@@ -55,7 +55,8 @@ def checked(config: Config, data: Data) -> Proven:
     # Theorems 1 and 2 are proven here: a doubt on a further one is noted, and does not end the
     # check. With an approach nothing is claimed of how many starts have a code: no C7 of the line.
     cones = [*itertools.chain(*relations), *([] if before else crossed)]
-    cone = _doubt(coverings.prove_cones, cones)
+    remedy = "a smaller around" if float(config.problem.around) else "a larger mu/h"
+    cone = _doubt(coverings.prove_cones, cones, remedy)
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
     crossing = "C9: the starts come to the sets by an approach"
     if not before:

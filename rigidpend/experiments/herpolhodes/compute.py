@@ -70,7 +70,7 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
         fewer = "fewer symbols" if len(routes.codes) > 1 else "a larger J1_0"
         said = f"the orbit in doubles leaves the route; take {fewer}"
     elif not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
-        said = "the samples miss a crossing of the route; take more points"
+        said = "the samples miss a crossing of the route; take a larger numerics.points"
     if said:
         raise ArithmeticError(f"theta2_0 = {theta2_0}: {said}")
     return orbit

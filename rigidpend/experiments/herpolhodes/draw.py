@@ -71,7 +71,10 @@ def _draw_angle(axes: Axes, case: Data) -> None:
         ring = {"boxstyle": "circle,pad=0.15", "fc": "white", "ec": colour, "lw": 0.8}
         look: Any = {"color": colour, "bbox": ring, "weight": "bold", "ha": "center", "va": "top"}
         plots.beside(axes, str(i), (time, 1.0), 0, -3, xycoords=place, **look)
-    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=plots.axis_label(ALPHA))
+    # From a tiny J1_0 the orbit stays at its first plateau for most of the time.
+    first, last = case["crossing_time"][0], t[-1]
+    begin = t[0] if first < last - first else first - (last - first) / 3
+    axes.set(xlim=(begin, last), xlabel="$t'$ (dimensionless)", ylabel=plots.axis_label(ALPHA))
 
 
 def _draw_spiral(axes: Axes, case: Data) -> None:

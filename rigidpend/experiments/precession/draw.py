@@ -89,7 +89,7 @@ def _draw_orders(axes: Axes, data: Data) -> None:
         names, look = list(bodies["name"]), {"rotation": 90}
     axes.set_xticks(range(len(unit)), names, **look)
     axes.tick_params(axis="x", length=0)
-    axes.set_ylabel(r"$\Delta\theta_3$ / $(\mu\pi\varkappa/h_0\sin\alpha_0)$")
+    axes.set_ylabel(r"$\Delta\theta_3$ / $[\mu\pi\varkappa/(h_0\sin\alpha_0)]$")
     ratio = rf"$\mu/h_0 = {plots.power(data['mu_over_h0'][drawn])}$"
     plots.title(axes, "a", f"increments along separatrices 1 to 4, {ratio}")
     handles = [

@@ -25,7 +25,9 @@ NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 """Margins around the arrays, and the space between two, inches."""
 NAMED = 0.75
-"""Room for the name of an array, inches; one that begins closer to the edge is named leftwards."""
+"""Room for the words at an array, inches; nearer to the edge they extend leftwards."""
+TITLE, SPACE = 9.0, 0.1
+"""Size of an array's name, points, and the space behind it, inches."""
 LINED = 0.02
 """Least width of a column, inches, for lines between cells: they would cover narrower ones."""
 ACROSS, APART, TALLEST = 6, 0.55, 100.0
@@ -86,11 +88,21 @@ def _arranged(bands: list[dict[str, Data]], magnified: bool) -> Figure:
     high = below + sum(heights) + len(bands) * (ABOVE + APART) - APART
     figure, bottom = Figure(figsize=(wide, high)), high
     for band, height in zip(bands, heights, strict=True):
-        bottom, left = bottom - height - ABOVE, LEFT
+        bottom, left, last = bottom - height - ABOVE, LEFT, list(band)[-1]
+        named = 0.0
         for name, array in band.items():
             width = array["codes"].shape[1] * cell
             axes = plots.panel(figure, left, bottom, width, height)
-            _draw_array(axes, name, array, cell >= LINED, left + NAMED > wide)
+            # The bare name, left or right, could be mistaken for a symbol.
+            said, room = f"{name} array", wide - left if name == last else width + BETWEEN
+            at_edge = left + max(NAMED, plots.inches(said, TITLE)) > wide
+            if at_edge:
+                room = left + width - named
+            if plots.inches(said, TITLE) > room - SPACE:
+                said = plots.fitting(name, TITLE, room - SPACE)
+            axes.set_title(said, loc="right" if at_edge else "left")
+            _draw_array(axes, array, cell >= LINED, left + NAMED > wide)
+            named = left + plots.inches(said, TITLE)
             left += width + BETWEEN
         bottom -= APART
     look: Any = {"handlelength": 1.0, "handleheight": 1.0, "columnspacing": 1.6}
@@ -98,7 +110,7 @@ def _arranged(bands: list[dict[str, Data]], magnified: bool) -> Figure:
     return figure
 
 
-def _draw_array(axes: Axes, name: str, array: Data, lined: bool, at_edge: bool) -> None:
+def _draw_array(axes: Axes, array: Data, lined: bool, at_edge: bool) -> None:
     codes, phases = array["codes"], array["theta2_0"]
     line: dict[str, Any] = {"edgecolors": "0.6", "linewidth": 0.25} if lined else {}
     plots.draw_codes(axes, plots.column_edges(phases), codes, **line)
@@ -116,8 +128,6 @@ def _draw_array(axes: Axes, name: str, array: Data, lined: bool, at_edge: bool) 
         axes.set_xticks(phases, [f"{phases[0]:.6g}"], ha="right" if at_edge else "center")
     label = plots.axis_label(MEANING["theta2_0"])
     axes.set_xlabel(label, labelpad=2, loc="right" if at_edge else "center")
-    # The bare name, left or right, could be mistaken for a symbol.
-    axes.set_title(f"{name} array", loc="right" if at_edge else "left")
 
 
 def _legend_entries(arrays: list[Data], magnified: bool) -> list[Artist]:

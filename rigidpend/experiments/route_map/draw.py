@@ -33,8 +33,8 @@ TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 2.9, 1.75, 0.95, 0.15, 0.66, 0.58
 """Heights of the plane and of its zooms, margins, inches."""
 ACROSS = 3
 """Zooms side by side."""
-FINE = 1e-7
-"""Length of an axis, relative to its values, below which ticks are told from a common value."""
+MOST: dict[Any, int] = {"x": 10, "y": 6}
+"""Most characters of a tick by its axis; longer ones are told from a common value."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -102,13 +102,13 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     if not wide and str(data["y_axis"]) == "mu":
         # Closer ticks would need more digits than there is room for.
         axes.locator_params(axis="y", nbins=3)
-    # Where ticks would need more digits than there is room for, what they share stands apart.
-    axes.ticklabel_format(axis="x", useOffset=_is_fine(*extent[:2]))
-    axes.ticklabel_format(axis="y", useOffset=_is_fine(*extent[2:]))
-
-
-def _is_fine(low: float, high: float) -> bool:
-    return bool(high - low < FINE * max(abs(low), abs(high)))
+    # Where ticks need more characters than there is room for, what they share stands apart.
+    axes.ticklabel_format(useOffset=False)
+    for axis, most in MOST.items():
+        if max(len(x.get_text()) for x in getattr(axes, f"get_{axis}ticklabels")()) > most:
+            axes.ticklabel_format(axis=axis, useOffset=True)
+            # What is left may still have the digits of doubles, -0.9996 in the place of -1.
+            axes.tick_params(axis=axis, labelsize=6, pad=1)
 
 
 def _mark(line: Callable[..., Any], value: float, cells: Array) -> None:

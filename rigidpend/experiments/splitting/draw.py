@@ -34,7 +34,7 @@ COSINE: dict[str, Any] = {"fillstyle": "none", "ls": (0, (4, 1.5))}
 """Look of the errors of the cosine, beside those of the whole curve."""
 BITS = {53: "#FFFFFF", 64: "#DCEEF8", 106: "#9DCFEB", 113: "#5FB0E0"}
 """Colour of a cell of the table, by the precision that decided."""
-PANEL, LETTER, LINE, MOST_NAMES = (210.0, 158.0), 4.4, 8.0, 4
+PANEL, LETTER, LINE, MOST_NAMES = (210.0, 158.0), 4.4, 9.0, 4
 """Width and height of a panel, width of a letter, height of a line, points; names in a label."""
 LONGEST = 9
 """Letters of a name in a label."""
@@ -63,7 +63,7 @@ def _drawn(data: Data) -> int:
 def _name(bodies: Data, row: int) -> str:
     """Name a body by its nu, and that of Fig. 4 in words."""
     name, nu = bodies["name"][row], bodies["nu"][row]
-    escaped = name.replace("_", r"\_")
+    escaped = _short(name).replace("_", r"\_").replace("\u2026", r"\ldots ")
     shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{escaped}}}$"
     return rf"{shown}, $\nu = {nu:.2f}$"
 
@@ -97,9 +97,11 @@ def _draw_error(axes: Axes, data: Data) -> str:
         plots.say_nothing_found(axes, "no distance is resolved")
         return title
     chosen = dict(zip(_chosen(data), CHOSEN, strict=False))
+    # Longer names make the legend wider.
+    left = 0.4 if max(len(bodies["name"][row]) for row in chosen) < LONGEST else 0.28
     for values, place, said, kind in (
         (bodies["curve_excess"], (0.05, 0.62), "whole curve,\nslope 1", WHOLE),
-        (np.abs(bodies["excess"][..., 0]), (0.4, 0.03), "$\\cos g$ part,\nslope 2", COSINE),
+        (np.abs(bodies["excess"][..., 0]), (left, 0.03), "$\\cos g$ part,\nslope 2", COSINE),
     ):
         for row, known in enumerate(resolved):
             look = chosen.get(row, OTHER)

@@ -71,7 +71,8 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -
         forward, back = (-low).lower().min(high.lower()), low.lower().min((-high).lower())
         least, orientation = (forward, 1) if forward > back else (back, -1)
         if not least > 1:
-            said = f"C6: an edge lies at |U| >= {float(least):.4g} of set {number}"
+            # An edge on the wrong side of the middle has a negative bound.
+            said = f"C6: an edge lies at |U| >= {max(0.0, float(least)):.4g} of set {number}"
             raise Undecided(f"{said}, and more than 1 is needed")
         if not V.bound < 1:
             said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {number}"
@@ -107,13 +108,16 @@ def cone(source: Reached, target: Quad) -> tuple[float, float]:
     return double_below(abs(by_u[0].range).lower() - other), double_above(squeeze)
 
 
-def prove_cones(relations: Iterable[Relation]) -> None:
-    """C7: check that differences of two orbits grow along u or shrink along v."""
+def prove_cones(relations: Iterable[Relation], remedy: str = "a larger mu/h") -> None:
+    """C7: check that differences of two orbits grow along u or shrink along v.
+
+    The `remedy` is what may help where that is not shown.
+    """
     for each in relations:
         if not (each.stretch > 1 and each.squeeze < 1):
             raise Undecided(
                 f"C7: the passage to set {each.target} is not shown to stretch along u and to"
-                " shrink along v; a larger mu/h may help"
+                f" shrink along v; {remedy} may help"
             )
 
 
