@@ -247,14 +247,6 @@ def convolution(bits: int) -> Any:
     return machine_code.function(code.function(head, "0"))
 
 
-@functools.cache
-def held(loop: Callable[..., Any], *of: int) -> Any:
-    """A loop that holds the interpreter's lock, for short arrays: to get it back takes longer."""
-    # ctypes calls a PYFUNCTYPE without releasing the lock, a CFUNCTYPE with.
-    free = loop(*of)
-    return ctypes.cast(free, ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes))
-
-
 def _first(code: Writer, group: str, count: str) -> str:
     """Index of the first element of a group of lanes; the last group ends with the elements."""
     first, last = code.mul(group, code.lanes), code(f"sub i64 {count}, {code.lanes}")
