@@ -164,8 +164,7 @@ def products(bits: int) -> Any:
         with code.loop("%terms") as k:
             row = code.mul(code.mul(one, "%a_own"), a_one)
             row = code.add(code.add(row, code.mul(i, "%terms")), k)
-            places = _places(code, row, a_all, n.parts)
-            factor = tuple(code.everywhere(code.scalar("%a", place)) for place in places)
+            factor = n.everywhere("%a", row, a_all)
             place = code.mul(code.mul(one, "%b_own"), b_one)
             place = code.add(code.add(place, code.mul(k, "%width")), column)
             b = _loaded(code, "%b", place, b_all, n.parts)
