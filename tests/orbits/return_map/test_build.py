@@ -407,18 +407,14 @@ def test_the_stated_error_of_a_chart_is_its_factor_times_that_of_each_of_its_fun
         assert off == pytest.approx(checks.INVERSE_FACTOR * BY, rel=1e-6)
 
 
-def test_points_at_which_a_map_is_checked_fill_its_tables() -> None:
-    for places in checks.points(np.random.default_rng(0), 50)[:2]:
-        assert np.abs(places).max() <= 1
-        within = places[np.abs(places) < 1]
-        assert within.min() < -0.9
-        assert within.max() > 0.9
-
-
-def test_at_the_ends_of_the_energies_a_map_is_checked_in_its_corners() -> None:
-    share, turn, counts = checks.points(np.random.default_rng(0), 4)
-    assert counts == [4] * checks.LEVELS + [2 * checks.CORNERS] * 2
+def test_points_at_which_a_map_is_checked_fill_its_tables_and_their_corners() -> None:
+    """Corners at both ends of the energies, which come last."""
+    share, turn, counts = checks.points(np.random.default_rng(0), 50)
+    assert counts == [50] * checks.LEVELS + [2 * checks.CORNERS] * 2
     assert sum(counts) == share.size == turn.size
+    for places in (share, turn):
+        within = places[: -sum(counts[-2:])]
+        assert -1 <= within.min() < -0.9 < 0.9 < within.max() <= 1
     for ends in (slice(-sum(counts[-2:]), -counts[-1]), slice(-counts[-1], None)):
         places = set(zip(share[ends].tolist(), turn[ends].tolist(), strict=True))
         phases = {(2 * k + 1) / checks.CORNERS - 1 for k in range(checks.CORNERS)}
@@ -525,29 +521,24 @@ def test_phases_at_the_ends_of_arcs_are_sharp_whatever_doubles_lead_there_and_le
 
 
 @pytest.mark.parametrize("rising", [False, True])
-def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(rising: bool) -> None:
-    """A slightly longer arc is estimated with other roundings; theta3 has none of them."""
-    a = precision(96)
-    h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
-    nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
-    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a)
-    lengths = (a.number(x) for x in (6.0, 6.0 + 1e-13))
-    one, other = (section_chart(*given, Arcs(x, c, a)) for x in lengths)
-    assert a.largest(one - other) < 1e-25
+def test_charts_are_pairs_with_all_their_digits_whatever_an_arc_begins_with_and_runs_in(
+    rising: bool,
+) -> None:
+    """A slightly longer arc is estimated in doubles with other roundings.
 
-
-@pytest.mark.parametrize("rising", [False, True])
-def test_charts_are_in_pairs_whatever_sums_their_arcs_run_in(rising: bool) -> None:
-    """With theta3, which is a sum over the arc."""
+    theta3, a sum over the arc, has none of them.
+    """
     a, sharp = precision(96), in_triples(124)
-    h = a.array([1.3342])
-    c, sharper = (coefficients(FIG4.angles(200), "1", x) for x in (a, sharp))
-    form = TorusForm(normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a), h, a)
+    (c, nf), sharper = of_few_terms(a), coefficients(FIG4.angles(200), "1", sharp)
+    form = TorusForm(nf, a.array([1.3342]), a)
     given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), form
-    one = section_chart(*given, Arcs(a.number(6.0), c, a))
-    other = section_chart(*given, Arcs(a.number(6.0), sharper, sharp))
-    assert one.parts.shape == other.parts.shape == (2, 4, 2)
-    assert a.largest(one - other) < 1e-26
+    one, longer, in_sums = (
+        section_chart(*given, Arcs(a.number(length), x, own))
+        for length, x, own in ((6.0, c, a), (6.0 + 1e-13, c, a), (6.0, sharper, sharp))
+    )
+    assert one.parts.shape == in_sums.parts.shape == (2, 4, 2)
+    assert a.largest(one - longer) < 1e-25
+    assert a.largest(one - in_sums) < 1e-26
 
 
 @pytest.mark.parametrize("side", [1, -1])
