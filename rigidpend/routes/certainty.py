@@ -4,25 +4,20 @@ A symbol changes when the error of the phase reaches about 1 radian. Two computa
 an error only if both err alike. An orbit has one deviation that grows; computations in units that
 share no rounding err by different multiples of it, so that two with errors of a radian agree to
 d radians with a chance of about d. This gives the limits, which `ladder` lists with what they are
-for. That of unequal precisions is larger, because errors differ two thousandfold at least; where
-these differ by less the limit is smaller in proportion. Among orbits that err by a radian at all,
-the rules of equal precision are wrong about once in a million, the others once in 70,000 to two
-million, as each limit tells. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 errs so in double
-precision; of longer codes more.
+for. Among orbits that err by a radian at all, the rules of equal precision are wrong about once in
+a million, the others once in 70,000 to two million, as each limit tells. Of orbits of 15 symbols at
+J1_0 = 1e-8 one in 4,000 errs so in double precision; of longer codes more.
 
-Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
-and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
-units (1/3 in a Taylor series does not): over ten units the mean error is about half of the spread
-in 53 bits, and up to three times the spread in 64, where a false agreement is therefore some ten
-times likelier.
+On 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01 and 0.001
+radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the units (1/3
+in a Taylor series does not): in 64 bits this makes a false agreement some ten times likelier than
+in 53.
 
 Computations of one precision share some inputs. Integrations share those that `start` rounds with
 guard bits: an error of 2^-32 of the roundings that differ. Two maps in doubles share the rounded
-alpha0 + beta0, sin(alpha0), beta0, J2_0 and J1_0 themselves. This was measured on five bodies, four
-of them random, at 23,000 crossings where a map in doubles erred by 1e-10 to 0.3 radians against a
-map in 64 bits. Its error was more than R times its difference from the other map in doubles in
-0.57/R, 0.55/R, 0.53/R and 0.95/R of the crossings, for R of 3, 10, 100 and 1,000, and 3,400 times
-at most. Independent errors behave in the same way.
+alpha0 + beta0, sin(alpha0), beta0, J2_0 and J1_0 themselves, and err as independent ones do all the
+same: at 23,000 crossings of five bodies, where one erred by 1e-10 to 0.3 radians, its error was
+more than R times its difference from the other in 0.53/R to 0.95/R of them, for R of 3 to 1,000.
 """
 
 import functools
@@ -52,38 +47,30 @@ LIMIT_OF_THREE = 1e-3
 LIMIT_OF_UNEQUAL = 1e-2
 """Phase difference, in radians, up to which two computations suffice that are `GAP_BITS` apart.
 
-For every bit less between them the limit is halved. Of 16,631 orbits of one body, followed by maps
-of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
-orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 70,000 would be
-wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 3,200 orbits of four
-bodies, followed by maps of 82 and 90 bits, it did so in a share of 0.37, 0.09 and 0.0025 for R of
-0.01, 0.1 and 1, which leaves less. Of 7,500 orbits of five bodies with narrower tables it was
-0.0063/R, and 0.012/R with the worst of them, for R of 0.1 to 3: at an eighth of the limit one in
-120,000 and in 65,000; the map of 82 bits never erred by 0.1 times its difference from doubles."""
+Their errors differ two thousandfold; for every bit less between them the limit is halved. Of 16,631
+orbits of one body, followed by maps of 64 and 72 bits, the second map erred by more than R times
+the difference of both in a share of 0.0014/R, for R of 1 to 10, so that at 1e-2 about one in 70,000
+would be wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 7,500 orbits
+of five bodies with narrower tables it was 0.0063/R, and 0.012/R with the worst of them: at an
+eighth of the limit one in 120,000 and in 65,000."""
 LIMIT_OF_COARSE = 0.25
 """Phase difference, in radians, up to which a less sharp computation is a third one.
 
 It serves beside two of equal precision that agree to `LIMIT_OF_THREE`, which is 250 times less. A
 symbol is wrong if the error of a radian is R = 1,000 times the difference of these two, and R/250
 times that from the third. Of 3,200 orbits of four bodies that maps of 82 and 90 bits left open, one
-map in 90 bits erred by more than R times its difference from the other one in a share of 0.27/R
-to 0.41/R, for R of 1 to 100; and by more than R/250 times that from the one of 82 bits as well in
-0.15, 0.017 and 0.0013, for R of 1, 3 and 10, and in none for 30. As this falls faster than 1/R,
-fewer than one in 100,000 of those that err by a radian would be wrong. None of the 2,319 that were
-decided so was. Of 8,869 orbits of five bodies with narrower tables it was 0.17/R to 0.36/R; and
-0.27, 0.026 and 0.0015, for R of 1, 3 and 10, and none for 30. Up to here errors grow in
-proportion."""
+map in 90 bits erred so in 0.15, 0.017 and 0.0013, for R of 1, 3 and 10; of 8,869 orbits of five
+bodies with narrower tables in 0.27, 0.026 and 0.0015; and of both in none for 30. As this falls
+faster than 1/R, fewer than one in 100,000 of those that err by a radian would be wrong."""
 LIMIT_OF_SHARPER = 0.02
 """Phase difference, in radians, up to which two maps confirm an integration in pairs of doubles.
 
 They err 2^3 to 2^6 times as much as it does. Of 6,732 orbits of five bodies that maps of 82 and 90
 bits left open, an integration that was handed over to one of the maps erred by more than R times
-its difference from either map in 0.08/R and 0.13/R, and by more than R times both in 2 to 2.3 times
-the product: 0.021, 0.003 and 0.0003, for R of 1, 3 and 10. So about one in 100,000 of those that
-err by a radian would be wrong. Even of the 6,462 that agreed to 0.25 none was. Where 98 bits are
-asked for and passages take 10 to 13 rotations, the integration is hardly sharper than the maps: of
-900 orbits it erred by more than R times all three differences in 0.064 and 0.0022, for R of 1 and
-3, and in none for 10, which leaves about as many."""
+its difference from both in 0.021, 0.003 and 0.0003, for R of 1, 3 and 10: about one in 100,000 of
+those that err by a radian would be wrong. Where 98 bits are asked for and passages take 10 to 13
+rotations, the integration is hardly sharper than the maps, but of 900 orbits it erred by more than
+R times all three differences in 0.064, 0.0022 and none, which leaves about as many."""
 
 
 class Contradiction(Exception):

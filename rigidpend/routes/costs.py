@@ -34,8 +34,7 @@ FACTORS = {53: 1.0, PAIRS: 11.0, 159: 50.0, 212: 140.0, 424: 2_400.0}
 """Factor by which deciding an orbit takes longer in the kernel's numbers than in doubles.
 
 By the bits of the numbers. With five bodies, whose passages take 1.6 to 53 rotations, it was 9.7 to
-13.4 in pairs, 45 to 62 in three, 140 to 178 in four and 2,280 to 3,070 in eight doubles, on a
-crowded machine and the more the shallower; at another time 37 to 48, 110 to 142, 1,850 to 1,920."""
+13.4 in pairs, 37 to 62 in three, 110 to 178 in four and 1,850 to 3,070 in eight doubles."""
 IN_INTEGERS = 0.65
 """The same in integers, over the square of their bits: 0.66 to 0.58 at 448 to 600 bits."""
 SHARPER, SHARPEST = 64, 82
@@ -47,10 +46,8 @@ FINER = {SHARPER: (GAP_BITS, CLOSEST), SHARPEST: (CLOSEST,)}
 
 The two then differ by the error of the first, and one computation by each settles nearly as much as
 two computations in each of two precisions. Of 20,000 orbits of each of 17 random bodies, maps of 64
-and 75 bits left 0 to 4 open, where maps of 64 and 72 left up to 17. Maps of 82 and 90 bits left 0
-to 9 open of twelve bodies, and 35 to 110 of four whose passages take 20 to 28 rotations. Maps of 64
-bits and in doubles left 1, 12 and 140 open of three bodies whose tables converge slowly, where
-those of 72 bits would take longer than they may."""
+and 75 bits left 0 to 4 open, where maps of 64 and 72 left up to 17; maps of 82 and 90 bits left 0
+to 9 open of twelve bodies, and 35 to 110 of four whose passages take 20 to 28 rotations."""
 CLIMBING = 0.7
 """Time of orbits that a lower rung already decides, as a share of that in the full precision.
 
@@ -73,9 +70,8 @@ VERY_DEEP = 20.0
 """Least number of rotations in a passage that counts as very deep: pairs keep 97 bits at most.
 
 Of 2,900 orbits of eight bodies at 23 to 53 rotations, which maps of 82 and 90 bits left open, none
-in 109 bits erred by as much as its difference from 106 bits. Of 250 each at 9.7, 11.4, 12.6 and
-17.5 rotations those that erred by more than R times this were 0.016/R, 0.008/R, 0.0024/R and
-0.0016/R."""
+in 109 bits erred by as much as its difference from 106 bits. Of 250 each at 9.7 to 17.5 rotations
+those that erred by more than R times this were 0.016/R to 0.0016/R."""
 SPREAD = 10.0
 """Standard deviation of the natural logarithm of the factor by which an orbit's error grows.
 
@@ -89,15 +85,14 @@ give 38 of the shares within 0.12, and two within 0.21."""
 HANDED_OVER = 0.2
 """Time of an orbit that is handed over to a map, as a share of that of an integration in its bits.
 
-Of five random bodies, whose passages take 36 to 53 rotations and of whose orbits three computations
-by maps left 0.5 to 2 % open, it was 0.18 to 0.21 in 106 bits, 0.18 to 0.23 in 109 and 0.27 to 0.40
-in 120. Of ten orbits or fewer, which do not fill a vector, it was up to 1.4."""
+Of five random bodies, whose passages take 36 to 53 rotations, it was 0.18 to 0.23 in 106 and in 109
+bits, and 0.27 to 0.40 in 120; of ten orbits or fewer, which do not fill a vector, up to 1.4."""
 DECIDED = 0.2
 """Least share of orbits, decided by two maps in doubles, for which the second one pays.
 
 A map in doubles takes some 0.2 of the time of one in pairs, which then need not follow. Of twenty
-random bodies with deep passages two maps in doubles decided 0 to 0.52 of the orbits, the estimate
-is 0.1 below to 0.14 above; but none of one body's, whose J1_0 is large, where it says all."""
+random bodies with deep passages two maps in doubles decided 0 to 0.52 of the orbits, 0.1 more to
+0.14 less than is estimated; but none of one body's, whose J1_0 is large, where it says all."""
 NONE_OPEN = 1e-9
 """Share of orbits that doubles leave open, below which no sharper maps are made.
 

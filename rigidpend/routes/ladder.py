@@ -70,33 +70,27 @@ MUCH_SHARPER = GAP_BITS + 6
 """Least number of bits between two maps and an integration for which one of the maps suffices.
 
 Maps' tables have six bits more than they count for. Of 1,000 orbits of each of three bodies with
-narrower tables, integrations that counted as 11, 12 and 14 bits sharper and were handed over were
-so by 5.5, 6.9 and 10.7 in the median, and erred by more than R times the difference from the last
-map in a share of 0.02/R, 0.009/R and 0.0012/R: by a radian, at `certainty.LIMIT_OF_UNEQUAL`, once
-in 5,000, 11,000 and 80,000. They erred by more than R times that from either map in 0.005, 0.004
-and none, for R of 0.1, and in a share that fell as the square of R, which leaves less than one in a
-million."""
+narrower tables, integrations that counted as 11, 12 and 14 bits sharper and were handed over erred
+by a radian, at `certainty.LIMIT_OF_UNEQUAL` from the last map, once in 5,000, 11,000 and 80,000;
+at as much from either map less than once in a million."""
 KEPT_IN_PAIRS = 97
 """Bits for which an integration in pairs of doubles counts, whatever tolerance it has.
 
 Where integrations of 88 bits erred by up to 0.3 radians, those of 98, 102 and 106 bits were alike,
 sharper by 2^5 to 2^7 in the median of 96 orbits of each of five bodies, and those of 109 bits, in
-sums of three doubles, by 2^17 to 2^19. Those of 106 bits erred by more than R times the difference
-from one of 88 bits in a share of 0.005/R to 0.009/R of 330 orbits, so that this number leaves the
-chance of about one in 70,000, as in `certainty`. But where passages take 7 and 9 rotations, those
-of 106 bits were sharper by 2^17 than those of 88, and 2^5 and 2^9 less sharp than those of 109:
-beside a sharper computation they count as 106, but where passages are very deep
-(`costs.VERY_DEEP`)."""
+sums of three doubles, by 2^17 to 2^19. This number leaves the chance of about one in 70,000, as in
+`certainty`. But where passages take 7 and 9 rotations, those of 106 bits were sharper by 2^17 than
+those of 88, and 2^5 and 2^9 less sharp than those of 109: beside a sharper computation they count
+as 106, but where passages are very deep (`costs.VERY_DEEP`)."""
 SHARPER_BY = 8
 """Bits by which a map beyond doubles is sharper than an integration in as many.
 
 Its tables have six more (`build.SPARE_BITS`). With eight bodies at 4 to 9 rotations a passage some
 2,000 orbits of 45 symbols were integrated in 8, 11, 13, 15 and 17 bits more than a map of 75 has.
 The integration erred by more than R times its difference from the map in 0.33/R, 0.11/R, 0.04/R,
-0.008/R and 0.001/R of them, for R of 0.3 to 10; beside maps of 64 and 72 bits it was the same. A
-limit for all the bits between them would leave one in 700 to 20,000 of those that err by a radian
-wrong; that for eight bits less leaves one in 110,000 to 680,000, and one in 56,000 with the worst
-of the bodies. Beside maps of 82 bits, of deep passages, it leaves one in 70,000 at most."""
+0.008/R and 0.001/R of them, for R of 0.3 to 10. The limit for eight bits less leaves one in 110,000
+to 680,000 of those that err by a radian wrong, and one in 56,000 with the worst of the bodies;
+beside maps of 82 bits, of deep passages, one in 70,000 at most."""
 
 Columns: TypeAlias = NDArray[np.intp]
 """Indices of some of the orbits."""

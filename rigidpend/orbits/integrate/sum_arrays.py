@@ -22,14 +22,11 @@ from rigidpend.orbits.integrate.kernel.sum_loops import (
     WIDE_LANES,
     convolution,
     elementwise,
-    held,
     products,
 )
 
 DOUBLE = 53
 """Bits of each part."""
-SHORT = 20_000
-"""Number of products, 20 microseconds of work, up to which the interpreter is not released."""
 
 
 def _operated(name: str, *, turned: bool = False) -> Callable[[Any, Any], SumArray]:
@@ -241,9 +238,8 @@ def matmul(a: Any, b: Any) -> SumArray:
     left, right = np.ascontiguousarray(x.parts), np.ascontiguousarray(right)
     wide = right.shape[-1]
     out = np.empty((count, *outer, rows, wide))
-    sets, bits = math.prod(outer), DOUBLE * count
-    loop = products(bits) if sets * rows * terms * wide > SHORT else held(products, bits)
-    loop(out, left, right, rows, terms, wide, sets, x.ndim > 2, y.ndim > 2)
+    sets, multiply = math.prod(outer), products(DOUBLE * count)
+    multiply(out, left, right, rows, terms, wide, sets, x.ndim > 2, y.ndim > 2)
     return SumArray(out[..., :width])
 
 
@@ -272,9 +268,7 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
         np.array([len(x) for x in a]),
         np.empty((3, rows, parts, WIDE_LANES)),
     ]
-    many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
-    loop = convolution(DOUBLE * parts) if many > SHORT else held(convolution, DOUBLE * parts)
-    loop(out, *tables, len(a), rows, wide)
+    convolution(DOUBLE * parts)(out, *tables, len(a), rows, wide)
     found = out[..., :width].reshape(parts, rows, *shape)
     return SumArray(found) if parts > 1 else found[0]
 

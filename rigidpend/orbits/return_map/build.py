@@ -60,9 +60,8 @@ LEAST_ROUNDINGS = 32
 LAST_BITS = 8
 """Factor by which tables of the most bits lose fewer terms: no sharper map follows them.
 
-Factors of 4 to 16 made maps of three deep bodies err 2^1.4 to 2^4.5 times less. With 8 those of
-five such bodies left 0.50 to 0.63 of the orbits open that they do without it, for 3 to 17 % more
-time."""
+So those of five deep bodies left 0.50 to 0.63 of the orbits open that they do without it, for 3 to
+17 % more time."""
 ATTEMPTS = 4
 """Number of attempts, each with higher orders than the last, before a map is refused."""
 FLOQUET = 1e-11

@@ -73,7 +73,7 @@ class Sums:
             polynomial = n.load(self.of_energy, code.add(code(f"sub i64 {length}, {l}"), -1))
             at = code.load(self.value, "i64", 8)
             for j, total in enumerate(self.totals):
-                self._add(n, total, self._scalar(n, code.add(at, j)), polynomial)
+                self._add(n, total, n.everywhere("%values", code.add(at, j), "%apart"), polynomial)
             code.store(code.add(at, FUNCTIONS), self.value, "i64", 8)
 
     def table(self, entries: list[str], x: Value, phase: Value) -> list[Value]:
@@ -213,12 +213,6 @@ class Sums:
         """The integers in a row of an array of `count` columns."""
         first = self.code.mul(index, count)
         return [self.code.scalar(base, self.code.add(first, k), "i64") for k in range(count)]
-
-    def _scalar(self, n: Doubles, index: str) -> Value:
-        """A coefficient, the same in each lane; its parts are `%apart` from one another."""
-        code = self.code
-        places = [code.add(index, code.mul("%apart", part)) for part in range(n.parts)]
-        return tuple(code.everywhere(code.scalar("%values", place)) for place in places)
 
     def _set_bases(self, triple: str) -> None:
         """Set the bases of the sums of a triple, and of its whole table."""

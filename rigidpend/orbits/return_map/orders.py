@@ -145,10 +145,8 @@ def _mixed(n: int) -> int:
     """The number of nodes in d or I, given that which one energy needs.
 
     The wider a layer is, the more do tables leave out that belongs to d, the phase and the energy
-    together. With 54 bodies drawn by lot charts err by 0.004 of what is allowed at most, in
-    doubles; those of three whose layers are widest, n = 17 to 21, by 0.6 to 4.6 with n nodes, and
-    by 0.006 to 0.03 with so many. In 64 bits one of these settles in the first attempt, not the
-    third.
+    together. Charts in doubles of three bodies drawn by lot, whose layers are widest, n = 17 to 21,
+    err by 0.6 to 4.6 of what is allowed with n nodes, and by 0.006 to 0.03 with so many.
     """
     return n + round(n**3 / 1200)
 

@@ -163,27 +163,6 @@ def test_programs_of_the_same_starts_share_their_table() -> None:
     assert one.starts is other.starts is not made.program(53, 1e-5, 3e-5).starts
 
 
-@pytest.mark.slow
-def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
-    """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
-    energies, inside = ("1.333", "1.335"), 1.3349
-    first, second = (
-        return_map(FIG4, h=energies, design=design._replace(theta3=True))
-        for design in (FIRST, SECOND)
-    )
-    unit, a = float(SECOND.unit), precision(53)
-    d, chi = np.array([1e-3, -2e-3, 3e-4]), np.array([0.4, 2.9, 5.5])
-    for one, other in zip(first.at(inside).charts, second.at(inside).charts, strict=True):
-        U, V, time, theta3 = one.forward.look_up(d, chi, a)
-        found = other.forward.look_up(d * unit, chi, a)
-        np.testing.assert_allclose(found[0] * found[1], U * V * unit**2, rtol=1e-12, atol=1e-15)
-        # The constant of time holds tau, which each map counts from its own mean.
-        np.testing.assert_allclose(found[2] * unit, time, rtol=0, atol=1e-13)
-        np.testing.assert_allclose(found[3], theta3, rtol=0, atol=1e-14)
-    middle, half = (getattr(second.normal_form.energies, x) for x in ("centre", "half_width"))
-    assert (middle / unit**2, half / unit**2) == pytest.approx((1.334, 0.001))
-
-
 @pytest.mark.parametrize(
     ("body", "given", "error", "reason"),
     [
@@ -407,18 +386,14 @@ def test_the_stated_error_of_a_chart_is_its_factor_times_that_of_each_of_its_fun
         assert off == pytest.approx(checks.INVERSE_FACTOR * BY, rel=1e-6)
 
 
-def test_points_at_which_a_map_is_checked_fill_its_tables() -> None:
-    for places in checks.points(np.random.default_rng(0), 50)[:2]:
-        assert np.abs(places).max() <= 1
-        within = places[np.abs(places) < 1]
-        assert within.min() < -0.9
-        assert within.max() > 0.9
-
-
-def test_at_the_ends_of_the_energies_a_map_is_checked_in_its_corners() -> None:
-    share, turn, counts = checks.points(np.random.default_rng(0), 4)
-    assert counts == [4] * checks.LEVELS + [2 * checks.CORNERS] * 2
+def test_points_at_which_a_map_is_checked_fill_its_tables_and_their_corners() -> None:
+    """Corners at both ends of the energies, which come last."""
+    share, turn, counts = checks.points(np.random.default_rng(0), 50)
+    assert counts == [50] * checks.LEVELS + [2 * checks.CORNERS] * 2
     assert sum(counts) == share.size == turn.size
+    for places in (share, turn):
+        within = places[: -sum(counts[-2:])]
+        assert -1 <= within.min() < -0.9 < 0.9 < within.max() <= 1
     for ends in (slice(-sum(counts[-2:]), -counts[-1]), slice(-counts[-1], None)):
         places = set(zip(share[ends].tolist(), turn[ends].tolist(), strict=True))
         phases = {(2 * k + 1) / checks.CORNERS - 1 for k in range(checks.CORNERS)}
@@ -525,29 +500,24 @@ def test_phases_at_the_ends_of_arcs_are_sharp_whatever_doubles_lead_there_and_le
 
 
 @pytest.mark.parametrize("rising", [False, True])
-def test_charts_have_the_digits_of_pairs_whatever_doubles_an_arc_begins_with(rising: bool) -> None:
-    """A slightly longer arc is estimated with other roundings; theta3 has none of them."""
-    a = precision(96)
-    h, c = a.array([1.3342]), coefficients(FIG4.angles(160), "1", a)
-    nf = normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a, theta3=True)
-    given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), TorusForm(nf, h, a)
-    lengths = (a.number(x) for x in (6.0, 6.0 + 1e-13))
-    one, other = (section_chart(*given, Arcs(x, c, a)) for x in lengths)
-    assert a.largest(one - other) < 1e-25
+def test_charts_are_pairs_with_all_their_digits_whatever_an_arc_begins_with_and_runs_in(
+    rising: bool,
+) -> None:
+    """A slightly longer arc is estimated in doubles with other roundings.
 
-
-@pytest.mark.parametrize("rising", [False, True])
-def test_charts_are_in_pairs_whatever_sums_their_arcs_run_in(rising: bool) -> None:
-    """With theta3, which is a sum over the arc."""
+    theta3, a sum over the arc, has none of them.
+    """
     a, sharp = precision(96), in_triples(124)
-    h = a.array([1.3342])
-    c, sharper = (coefficients(FIG4.angles(200), "1", x) for x in (a, sharp))
-    form = TorusForm(normal_form(c, Interval(h[0], 0 * h[0], 1), 9, 9, 0.1, a), h, a)
+    (c, nf), sharper = of_few_terms(a), coefficients(FIG4.angles(200), "1", sharp)
+    form = TorusForm(nf, a.array([1.3342]), a)
     given = rising, a.array([-0.001, 0.001]), a.array([0.5, 3]), form
-    one = section_chart(*given, Arcs(a.number(6.0), c, a))
-    other = section_chart(*given, Arcs(a.number(6.0), sharper, sharp))
-    assert one.parts.shape == other.parts.shape == (2, 4, 2)
-    assert a.largest(one - other) < 1e-26
+    one, longer, in_sums = (
+        section_chart(*given, Arcs(a.number(length), x, own))
+        for length, x, own in ((6.0, c, a), (6.0 + 1e-13, c, a), (6.0, sharper, sharp))
+    )
+    assert one.parts.shape == in_sums.parts.shape == (2, 4, 2)
+    assert a.largest(one - longer) < 1e-25
+    assert a.largest(one - in_sums) < 1e-26
 
 
 @pytest.mark.parametrize("side", [1, -1])

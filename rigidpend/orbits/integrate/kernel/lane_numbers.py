@@ -58,6 +58,14 @@ class Doubles:
         for i, part in enumerate((*value, *("zeroinitializer",) * (self.room - self.parts))):
             self.code.store(part, self.code.at(place, i))
 
+    def everywhere(self, base: str, place: str, apart: str | int) -> Value:
+        """The number of an array of doubles in each lane, its parts `apart` from one another."""
+        code, found = self.code, list[str]()
+        for _ in range(self.parts):
+            found.append(code.everywhere(code.scalar(base, place)))
+            place = code.add(place, apart)
+        return tuple(found)
+
     def of_double(self, x: str) -> Value:
         """The number with the value of a double."""
         return (x, *("zeroinitializer",) * (self.parts - 1))

@@ -80,9 +80,9 @@ class Writer:
         """A single number of an array."""
         return self.load(self.at(base, index, kind), kind, 8)
 
-    def keep(self, value: str, base: str, index: str | int, kind: str = "double") -> None:
-        """Put a single number into an array."""
-        self.store(value, self.at(base, index, kind), kind, 8)
+    def keep(self, value: str, base: str, index: str | int) -> None:
+        """Put a single number into an array of doubles."""
+        self.store(value, self.at(base, index, "double"), "double", 8)
 
     def add(self, a: str, b: str | int) -> str:
         """The sum of two whole numbers."""

@@ -164,8 +164,7 @@ def products(bits: int) -> Any:
         with code.loop("%terms") as k:
             row = code.mul(code.mul(one, "%a_own"), a_one)
             row = code.add(code.add(row, code.mul(i, "%terms")), k)
-            places = _places(code, row, a_all, n.parts)
-            factor = tuple(code.everywhere(code.scalar("%a", place)) for place in places)
+            factor = n.everywhere("%a", row, a_all)
             place = code.mul(code.mul(one, "%b_own"), b_one)
             place = code.add(code.add(place, code.mul(k, "%width")), column)
             b = _loaded(code, "%b", place, b_all, n.parts)
@@ -245,14 +244,6 @@ def convolution(bits: int) -> Any:
         " i64 %count, i64 %rows, i64 %width) {"
     )
     return machine_code.function(code.function(head, "0"))
-
-
-@functools.cache
-def held(loop: Callable[..., Any], *of: int) -> Any:
-    """A loop that holds the interpreter's lock, for short arrays: to get it back takes longer."""
-    # ctypes calls a PYFUNCTYPE without releasing the lock, a CFUNCTYPE with.
-    free = loop(*of)
-    return ctypes.cast(free, ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes))
 
 
 def _first(code: Writer, group: str, count: str) -> str:

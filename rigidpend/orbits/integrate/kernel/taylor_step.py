@@ -113,12 +113,6 @@ class Kernel:
         """Address of a component's series."""
         return self.code.at(self.series, component, self.series_rows())
 
-    def scalar(self, base: str, index: str | int, apart: int) -> Value:
-        """The same number in each lane, its parts read `apart` doubles from one another."""
-        code = self.code
-        parts = [code.scalar(base, code.add(str(index), i * apart)) for i in range(self.parts)]
-        return tuple(code.everywhere(x) for x in parts)
-
     @contextmanager
     def lanes_from(self, first: str) -> Iterator[None]:
         """Lines that work on a vector of lanes: states and times are read before, written after."""
@@ -328,7 +322,9 @@ class Recurrences:
         given = [
             (i, *line.operands) for i, line in enumerate(field.lines) if line.name == "parameter"
         ]
-        self.parameters = {i: kernel.scalar("%parameters", k, len(given)) for i, k in given}
+        self.parameters = {
+            i: self.numbers.everywhere("%parameters", str(k), len(given)) for i, k in given
+        }
 
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
@@ -374,7 +370,7 @@ class Recurrences:
         """Find x_(k+1) = x'_k/(k + 1) of the components x; a constant rate has only x'_0."""
         n, kernel, following = self.numbers, self.kernel, self.code.add(k, 1)
         # 1/(k + 1) is a product with a kept number: a division would cost several times as much.
-        share = kernel.scalar("%shares", following, kernel.room.coefficients)
+        share = n.everywhere("%shares", following, kernel.room.coefficients)
         whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
         for series, i in zip(kernel.component, self.field.rates, strict=True):
             n.store(n.divided(found.get(i, self.zero), share, whole), series, following)
