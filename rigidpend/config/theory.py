@@ -33,7 +33,8 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     regime = in_space.regime(body)
     return [
         number_row("A", "principal moments of inertia A1, A2, A3", *body.A),
-        number_row("r", "direction to the centre of gravity", *body.r),
+        # Of length one, which takes roots: in doubles, as all that follows from a root.
+        number_row("r", "direction to the centre of gravity, of length 1", *map(float, body.r)),
         number_row("mu", "weight times distance of the centre of gravity", body.mu),
         *derived_rows(body),
         number_row("h0", "energy constant, kappa J2_0^2/2", energy),

@@ -71,6 +71,11 @@ def test_zeros_are_told_with_their_distance_from_changes_of_the_first_symbol(
     assert said in row.meaning
 
 
+def test_the_direction_is_written_in_numbers() -> None:
+    [row] = [x for x in theory_rows(Body((2, 1, "1.5"), (3, 4, 0), "0.01"), "1.3") if x.name == "r"]
+    assert (row.value, row.number) == ("0.6, 0.8, 0.0", [0.6, 0.8, 0.0])
+
+
 def test_melnikov_s_amplitude_is_zero_in_the_hess_case_alone() -> None:
     """On separatrices 1 and 3; amplitudes below all doubles are written, and not as zeros."""
 

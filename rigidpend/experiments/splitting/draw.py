@@ -36,6 +36,8 @@ BITS = {53: "#FFFFFF", 64: "#DCEEF8", 106: "#9DCFEB", 113: "#5FB0E0"}
 """Colour of a cell of the table, by the precision that decided."""
 PANEL, LETTER, LINE, MOST_NAMES = (210.0, 158.0), 4.4, 9.0, 4
 """Width and height of a panel, width of a letter, height of a line, points; names in a label."""
+NARROW = 188.0
+"""Width of a panel beside one whose ticks are long names, points."""
 LONGEST = 9
 """Letters of a name in a label."""
 NONE = "#F2B8A0"
@@ -147,7 +149,8 @@ def _draw_decay(axes: Axes, data: Data) -> str:
         ends = closed["nu"][-1], closed["decay"][-1] / closed["decay"][0]
         for said, place in _together(names, places, ends):
             # On the left of its place, below the curve, where the right has no room.
-            ends_in = place[0] / ends[0] * PANEL[0] + LETTER * (len(said) + 1) < PANEL[0]
+            room = (1 - place[0] / ends[0]) * NARROW - LETTER
+            ends_in = 72 * plots.inches(said, 7) < room
             off: Any = (4, 6) if ends_in else (-4, -10)
             plots.beside(axes, said, place, *off, fontsize=7, ha="left" if ends_in else "right")
     axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
