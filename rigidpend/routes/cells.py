@@ -104,13 +104,13 @@ def cells_of_starts(
     share one map, and `orbits` is the number of its orbits. No result depends on `jobs`, the number
     of threads.
     """
-    if J1_0 is None:
-        run = Run(problem, Phases(theta2_0), arithmetic, jobs, task_orbits=orbits)
-        return _cells(choice.decide(run))
-    least, largest = ends or (float(J1_0.min()), float(J1_0.max()))
-    # `Starts` asks for a problem with the largest J1_0 and one with the least.
-    lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
-    run = Run(common, Phases(theta2_0), arithmetic, jobs, Starts(J1_0, lowest), task_orbits=orbits)
+    starts = None
+    if J1_0 is not None:
+        ends = ends or (float(J1_0.min()), float(J1_0.max()))
+        # `Starts` asks for a problem with the largest J1_0 and one with the least.
+        lowest, problem = (replace(problem, J1_0=exact(x)) for x in ends)
+        starts = Starts(J1_0, lowest)
+    run = Run(problem, Phases(theta2_0), arithmetic, jobs, starts, task_orbits=orbits)
     return _cells(choice.decide(run))
 
 

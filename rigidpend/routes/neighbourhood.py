@@ -174,7 +174,7 @@ def narrowed(
     bracket: Bracket,
     width: float,
     arithmetic: Arithmetic,
-    report: Callable[[float], None] = lambda width: None,
+    report: Callable[[float], None],
 ) -> list[Bracket]:
     """Narrow two phases between which the last symbol of a problem changes, to `width` radians.
 

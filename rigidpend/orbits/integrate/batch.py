@@ -26,7 +26,7 @@ from rigidpend.orbits.integrate import (
     no_crossings,
     silent_outcome,
 )
-from rigidpend.orbits.integrate.arithmetic import bits_of_numbers, rung
+from rigidpend.orbits.integrate.arithmetic import bits_of_numbers
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, lanes_for
@@ -262,12 +262,11 @@ def advance(
 ) -> list[tuple[Fraction, tuple[Fraction, ...]]]:
     """Carry an orbit `count` steps on: t' since the start and state at the end of each step.
 
-    Coefficients, state, times and results are Fractions. The kernel's numbers of at least `bits`
-    bits serve; `tolerance` is that at 53 bits, and every further bit halves it.
+    Coefficients, state, times and results are Fractions. `tolerance` is that at 53 bits, and every
+    further bit halves it.
     """
-    kind = rung(bits)
     alone = Orbits(coefficients, np.array([state]).T, 0, 0.0)
-    run = Batch(alone, kind, tolerance * 2.0 ** (53 - kind))
+    run = Batch(alone, bits, tolerance * 2.0 ** (53 - bits))
     run.load()
     found = []
     for _ in range(count):
