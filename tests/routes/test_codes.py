@@ -20,7 +20,7 @@ from rigidpend.orbits.integrate.arithmetic import (
     resolve,
 )
 from rigidpend.routes import choice
-from rigidpend.routes.certainty import FIRST_SCALES, LIMIT_OF_UNEQUAL, SECOND_SCALES, THIRD_SCALES
+from rigidpend.routes.certainty import LIMIT_OF_UNEQUAL, SCALES, SECOND_SCALES
 from rigidpend.routes.run import tolerance_of
 from tests.bodies import FIG4, FREE
 from tests.orbits.integrate.problems import ENGINES, same
@@ -143,12 +143,11 @@ def test_second_computation_is_sharper_while_numbers_allow_it(engine: str) -> No
     """Series cut at one place leave out the same: the second is cut a hundred times finer."""
     finest, usual = FINEST_TOLERANCE[engine], DEFAULT_TOLERANCE[engine]
     sharper = {1e-6: 1e-8, 1e-30: finest, None: max(finest, usual / 100)}
-    every = FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
     for tolerance, further in sharper.items():
         arithmetic = resolve(engine, tolerance, (53, 113))
         expected = {53: (max(finest, tolerance or usual), further), 113: (finest, finest / 100)}
         for bits, (first, second) in expected.items():
-            told = [tolerance_of(arithmetic, bits, x) for x in every]
+            told = [tolerance_of(arithmetic, bits, x) for x in SCALES]
             assert told == [first, second, second]
 
 

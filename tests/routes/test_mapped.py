@@ -191,7 +191,7 @@ def test_each_of_two_maps_as_sharp_makes_one_computation_in_the_most_bits(
 def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
     precisions: tuple[int, ...], levels: list[int], single: set[int]
 ) -> None:
-    maps, every = mapped.Maps(run(precisions=precisions)), (*BOTH, certainty.THIRD_SCALES)
+    maps, every = mapped.Maps(run(precisions=precisions)), certainty.SCALES
     assert sorted(maps.by_bits) == [53, *levels]
     assert maps.most_bits == max(levels, default=53)
     most = {rung.bits: rung.most for rung in maps.ladder}

@@ -13,14 +13,13 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.kernel.taylor_step import order_of
 from rigidpend.routes import certainty
-from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
+from rigidpend.routes.certainty import FIRST_SCALES, SCALES, SECOND_SCALES
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.run import Run, Starts, abreast, tolerance_of
 from rigidpend.routes.start import Scales
 from tests.bodies import problem
 
-EVERY = FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
 GENTLE = problem()
 DEEP = problem(
     Body(("1.965", "0.689", "1.942"), ("0.610", "0.792", 0), "0.0198"), h0="1.1", J1_0="1.2e-8"
@@ -35,7 +34,7 @@ def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, 
 @pytest.mark.parametrize("bits", [53, 88, 106])
 def test_computations_that_confirm_have_series_of_another_order(bits: int) -> None:
     """Those of one order would err alike."""
-    tolerances = (tolerance_of(run(53, 106).arithmetic, bits, scales) for scales in EVERY)
+    tolerances = (tolerance_of(run(53, 106).arithmetic, bits, scales) for scales in SCALES)
     first, *others = (order_of(x * 2.0 ** (53 - bits)) for x in tolerances)
     assert min(others) > first
 
@@ -50,7 +49,7 @@ def test_a_rung_is_computed_once_and_decides(integrations: list[dict[str, Any]])
         assert sum(orbits) == (found.bits >= bits).sum()
 
 
-@pytest.mark.parametrize(("bits", "scales"), list(zip((53, 53, 106), EVERY, strict=True)))
+@pytest.mark.parametrize(("bits", "scales"), list(zip((53, 53, 106), SCALES, strict=True)))
 def test_orbits_wait_as_long_as_the_one_that_starts_closest(
     bits: int, scales: Scales, integrations: list[dict[str, Any]]
 ) -> None:

@@ -15,7 +15,7 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.numbers.exact import ExactError, context, exact
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.routes.certainty import FIRST_SCALES, SECOND_SCALES, THIRD_SCALES
+from rigidpend.routes.certainty import FIRST_SCALES, SCALES, SECOND_SCALES
 from rigidpend.routes.map_start import start_Qp
 from rigidpend.routes.phases import FAR, Grid, Phases, turned
 from rigidpend.routes.start import Scales, start, states_double, states_exact
@@ -154,9 +154,7 @@ def test_agrees_doubles_with_exact_states(body: Body, J1_0: str, scales: Scales)
     np.testing.assert_allclose(rough[3:], fine[3:], rtol=0, atol=4e-16)
 
 
-@pytest.mark.parametrize(
-    "pair", list(itertools.combinations((FIRST_SCALES, SECOND_SCALES, THIRD_SCALES), 2))
-)
+@pytest.mark.parametrize("pair", list(itertools.combinations(SCALES, 2)))
 def test_scales_share_no_constant(pair: tuple[Scales, Scales]) -> None:
     """Every number that is rounded differs in more than a power of two."""
     numbers = [
@@ -170,7 +168,7 @@ def test_scales_share_no_constant(pair: tuple[Scales, Scales]) -> None:
     assert shared == len(unscaled)
 
 
-@pytest.mark.parametrize("scales", [SECOND_SCALES, THIRD_SCALES])
+@pytest.mark.parametrize("scales", SCALES[1:])
 def test_the_weight_is_in_units_of_momentum_and_vertical(scales: Scales) -> None:
     """mu gamma is of the order of M^2."""
     one, other = (start(problem(GENERIC), 53, x).coefficients for x in (FIRST_SCALES, scales))
