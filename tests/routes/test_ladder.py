@@ -2,7 +2,7 @@
 
 import pytest
 
-from rigidpend.routes.ladder import Rung, fits, integrations, rungs
+from rigidpend.routes.ladder import fits, integrations, rungs
 
 
 @pytest.mark.parametrize(
@@ -78,9 +78,3 @@ def test_pairs_of_doubles_count_for_97_bits_beside_less_sharp_ones_and_for_other
     """Each rung is compared with the one below it; what is known counts for 93 bits here."""
     found = integrations("taylor", (106, 160), 93, in_pairs, apart)
     assert {x.bits: x.more for x in found} == expected
-
-
-def test_a_rung_is_sharper_than_the_one_below_it_by_the_bits_between() -> None:
-    assert rungs((53, 64, 75)) == [Rung(53, 3, 53), Rung(64, 3, 11), Rung(75, 3, 11)]
-    assert [x.more for x in rungs((90, 106, 109), 53)] == [37, 7, 3]
-    assert [x.more for x in rungs((96, 107, 120), 85)] == [11, 11, 13]

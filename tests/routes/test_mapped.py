@@ -12,7 +12,6 @@ import pytest
 
 from rigidpend.numbers.checked import GAP_BITS
 from rigidpend.numbers.exact import PRECISIONS, context, exact
-from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
@@ -21,7 +20,6 @@ from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty, choice, costs, mapped
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
-from rigidpend.routes.start import Scales
 from tests.bodies import problem
 
 PHASES = np.linspace(0.01, 6.27, 120)
@@ -224,50 +222,26 @@ def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_that_they_c
 
 
 @pytest.mark.parametrize(
-    ("unsettled", "bits", "known", "less"),
+    ("unsettled", "bits", "known", "more"),
     [
-        ((), 94, 75, 0),
-        ((), 93, 75, 1),
-        ((), 83, 75, 11),
-        ((), 82, 64, 1),
-        ((), 76, 64, 7),
-        ((75,), 91, 72, 0),
-        ((75,), 88, 72, 3),
-        ((64,), 64, 53, 0),
+        ((), 94, 75, 11),
+        ((), 93, 75, 10),
+        ((), 83, 75, 0),
+        ((), 82, 64, 10),
+        ((), 76, 64, 4),
+        ((75,), 91, 72, 11),
+        ((75,), 88, 72, 8),
+        ((64,), 64, 53, 11),
     ],
 )
-def test_an_integration_must_agree_with_a_map_as_if_that_had_eight_more_bits(
-    unsettled: tuple[int, ...],
-    bits: int,
-    known: int,
-    less: int,
-    but: Callable[..., Asked],
-    monkeypatch: pytest.MonkeyPatch,
+def test_beside_an_integration_a_map_counts_for_eight_bits_more_but_in_doubles(
+    unsettled: tuple[int, ...], bits: int, known: int, more: int, but: Callable[..., Asked]
 ) -> None:
-    """The limit is halved for each bit `less` than eleven between them; doubles have no more."""
+    """Which sets the limit up to which the two must agree."""
     but(*unsettled)
     maps = mapped.Maps(run(precisions=(53, bits)))
-    assert maps.most_bits == known
-    seen = maps.crossings(53, certainty.FIRST_SCALES, np.arange(len(PHASES)))
-    late = np.resize([0.99, 1.01], len(PHASES)) * certainty.LIMIT_OF_UNEQUAL / 2**less
-    last = known, BOTH[known == 53]
-
-    def computed(by: Any, columns: Any) -> Crossings:
-        found = columns_of(seen, columns)
-        return found._replace(time=found.time + by / maps.run.rate)
-
-    def followed(_: Any, bits: int, scales: Scales, columns: Any) -> Crossings:
-        # All computations by maps but the last one are far from it and from one another.
-        return computed(((bits, scales) != last) * (bits + float(scales.momentum)), columns)
-
-    def integrated(_: Any, bits: int, scales: Scales, columns: Any) -> Crossings:
-        first = bits > 53 and scales == certainty.FIRST_SCALES
-        return computed(late[columns] if first else 1.0, columns)
-
-    monkeypatch.setattr(mapped.Maps, "crossings", followed)
-    monkeypatch.setattr(Run, "crossings", integrated)
-    found = choice.by_maps(maps, sampled=False)
-    assert found.certain.all(axis=0).tolist() == [True, False] * (len(PHASES) // 2)
+    [rung] = maps.beyond
+    assert (maps.most_bits, rung.bits, rung.more) == (known, bits, more)
 
 
 @pytest.mark.parametrize(

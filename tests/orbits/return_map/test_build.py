@@ -163,27 +163,6 @@ def test_programs_of_the_same_starts_share_their_table() -> None:
     assert one.starts is other.starts is not made.program(53, 1e-5, 3e-5).starts
 
 
-@pytest.mark.slow
-def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
-    """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
-    energies, inside = ("1.333", "1.335"), 1.3349
-    first, second = (
-        return_map(FIG4, h=energies, design=design._replace(theta3=True))
-        for design in (FIRST, SECOND)
-    )
-    unit, a = float(SECOND.unit), precision(53)
-    d, chi = np.array([1e-3, -2e-3, 3e-4]), np.array([0.4, 2.9, 5.5])
-    for one, other in zip(first.at(inside).charts, second.at(inside).charts, strict=True):
-        U, V, time, theta3 = one.forward.look_up(d, chi, a)
-        found = other.forward.look_up(d * unit, chi, a)
-        np.testing.assert_allclose(found[0] * found[1], U * V * unit**2, rtol=1e-12, atol=1e-15)
-        # The constant of time holds tau, which each map counts from its own mean.
-        np.testing.assert_allclose(found[2] * unit, time, rtol=0, atol=1e-13)
-        np.testing.assert_allclose(found[3], theta3, rtol=0, atol=1e-14)
-    middle, half = (getattr(second.normal_form.energies, x) for x in ("centre", "half_width"))
-    assert (middle / unit**2, half / unit**2) == pytest.approx((1.334, 0.001))
-
-
 @pytest.mark.parametrize(
     ("body", "given", "error", "reason"),
     [

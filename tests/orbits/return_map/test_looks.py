@@ -90,21 +90,6 @@ def test_tables_reach_as_far_as_series_shrink_and_the_reason_is_that_of_the_whol
         assert asked == pytest.approx(tried)
 
 
-def test_a_normal_form_of_too_high_a_degree_is_refused(
-    rough: Rough, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    layer = first_look(rough, 5.5)
-    monkeypatch.setattr(looks, "MOST_DEGREE", 0)
-    with pytest.raises(MapError, match="mu is too large: the normal form") as refused:
-        second_look(rough, layer, rough.c, precision(53))
-    degree = int(str(refused.value).rpartition(" ")[2])
-    monkeypatch.setattr(looks, "MOST_DEGREE", degree)
-    assert second_look(rough, layer, rough.c, precision(53)).by_degree[0] == 1
-    monkeypatch.setattr(looks, "MOST_DEGREE", degree - 1)
-    with pytest.raises(MapError, match="mu is too large: the normal form"):
-        second_look(rough, layer, rough.c, precision(53))
-
-
 @pytest.mark.parametrize(("mu", "degree"), [("0.0095", 59), ("0.0096", 61)])
 def test_series_in_the_nome_reach_over_the_layer_of_a_thin_body_which_others_do_not(
     mu: str, degree: int, monkeypatch: pytest.MonkeyPatch

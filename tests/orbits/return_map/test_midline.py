@@ -14,9 +14,9 @@ from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, looks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
-from rigidpend.orbits.return_map.charts import Arcs, arc_ends, section_chart
+from rigidpend.orbits.return_map.charts import Arcs, arc_ends
 from rigidpend.orbits.return_map.conjugacy import TorusForm
-from rigidpend.orbits.return_map.expansions import Interval, fourier_basis, phases
+from rigidpend.orbits.return_map.expansions import Interval, fourier_basis
 from rigidpend.orbits.return_map.looks import Rough, midlines
 from rigidpend.orbits.return_map.midline import Layer, Midline, midline
 from rigidpend.orbits.return_map.normal_form import normal_form
@@ -138,23 +138,6 @@ def test_the_displacement_is_estimated_to_a_quarter(body: Body, h: str) -> None:
     lines = midlines(looked, 0.0, 1e-12 * looked.displacement)
     found = max(np.abs(line.values[0]).sum() for line in lines)
     assert looked.displacement == pytest.approx(found, rel=0.25)
-
-
-@SIDES
-def test_surfaces_lie_at_equal_distances_from_their_midline(rising: bool) -> None:
-    """U of one, or V of the other, is odd in chi but for terms of second order in the weight."""
-    looked, n = rough(FIG4, "1.3342"), 24
-    lines = midlines(looked, 0.0, 1e-12 * looked.displacement)
-    nf = normal_form(looked.c, Interval(looked.h, 0.0, 1), 7, 15, 0.0, DOUBLES, theta3=False)
-    form, chi = TorusForm(nf, np.full(1, looked.h), DOUBLES), phases(n, DOUBLES)
-    arcs = Arcs(looked.arc_length(1e-4), looked.c, DOUBLES, lines)
-    found = section_chart(rising, 0 * chi, chi, form, arcs)
-    value = found[0 if rising else 1]
-    even = value + value[-np.arange(n)]
-    assert np.abs(even).max() < 10 * 0.001 / 1.3342 * np.abs(value).max()
-    # Without it most of the displacement remains.
-    plain = section_chart(rising, 0 * chi, chi, form, Arcs(5.0, looked.c, DOUBLES))
-    assert np.abs(plain[0 if rising else 1]).max() > 2 * np.abs(value).max()
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from rigidpend.orbits.return_map import conjugacy
 from rigidpend.orbits.return_map import normal_form as module
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, in_blocks
-from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
+from rigidpend.orbits.return_map.normal_form import normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, reduced
 from tests.orbits.integrate.problems import FIG4, GENERIC
@@ -147,9 +147,3 @@ def test_points_by_terms_in_doubles_are_those_by_all_digits(
     true = TorusForm(nf, a.array([1.3342]), a).inverted(psi, *beside)
     for one, other in zip(found[:3], true[:3], strict=True):
         assert 0 < a.largest(one - other) / a.largest(other) < 2.0**-bits / 8
-
-
-def test_an_elliptic_orbit_has_no_normal_form() -> None:
-    body = Body((2, "1.5", "1.8"), (0, 1, 0), "0.7")
-    with pytest.raises(MapError, match="not hyperbolic"):
-        normal_form(coefficients_of(body), Interval(1.0, 0.0, 1), 3, 41, 0.1, DOUBLES)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from rigidpend import Body
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, ReturnMap, SectionPoint, return_map
@@ -146,20 +145,6 @@ def test_numbers_and_lists_pass_as_arrays_do(rising: bool, backward: bool) -> No
         assert found.point.d.shape == (1,)
         np.testing.assert_array_equal(found.slopes, expected.slopes)
         np.testing.assert_array_equal(found.point.chi, expected.point.chi)
-
-
-def test_agrees_a_passage_with_integration_in_pairs() -> None:
-    """The error of a map falls with its precision: where it puts M3 = 0, integration does."""
-    bits, a = 64, precision(64)
-    made = return_map(Body((2, 1, "1.5"), (1, 1, 0), "1e-5"), h="1.3342", bits=bits)
-    assert max(made.errors.charts, made.errors.inverse) < 2.0 ** (13 - bits)
-    h, c = made.normal_form.energies.centre, made.coefficients
-    here = SectionPoint(True, made.charts[True].forward.width * a.array([0.2]), a.array([1.0]))
-    passed = made.at(h).passage(here)
-    begin = section_state(True, here.d, here.chi, h, c, a)
-    end = states_at(c.aligned, begin, passed.time, bits)[:, 0, 0]
-    # A passage at d = 1e-5 multiplies roundings by 1e5 or so.
-    assert abs(float(end[2])) < 1e6 * a.epsilon
 
 
 @pytest.mark.parametrize("h", [1.3343, -1.0, math.nan, [H, 1.34]])
