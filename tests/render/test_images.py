@@ -58,6 +58,7 @@ def test_matplotlib_says_nothing_of_its_surroundings(
     for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(source / "in a file"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(source.parent))
     monkeypatch.setenv("MPLBACKEND", "nonsense")
     done = python(source.parent, "-m", "rigidpend", "report", str(source), "--to", str(page))
     assert (done.stderr, done.returncode) == (f"{page} written\n", 0)
