@@ -21,6 +21,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.address import Address, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
+from rigidpend.routes.symbolic.legs import ByEnergy
 from rigidpend.routes.symbolic.levels import ChainLevel, OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import shortest, with_half_turns
@@ -187,8 +188,8 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
     return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
 
 
-def _solved(orbits: OrbitFamily, address: Address, near: float | None) -> tuple[Chain, float]:
-    """The chain of an address at its own energy, and the derivative of theta2_0 in the energy."""
+def _solved(orbits: OrbitFamily, address: Address, near: float | None) -> tuple[Chain, ByEnergy]:
+    """The chain of an address at its own energy, and its derivatives in the energy."""
     # The energy of an orbit depends on its theta2_0. A first chain is found at a guess of it.
     if near is None:
         level = ChainLevel(orbits.return_map, orbits.problem.h0)
@@ -256,28 +257,27 @@ def _either(
     return min(found, key=lambda each: float(each.time.sum()))
 
 
-def _at_own_energy(orbits: OrbitFamily, made: Chain) -> tuple[Chain, float]:
+def _at_own_energy(orbits: OrbitFamily, made: Chain) -> tuple[Chain, ByEnergy]:
     """The chain at the energy that belongs to its own theta2_0, by secants in the energy.
 
-    The second result is the derivative of theta2_0 in the energy along chains with this last
-    crossing.
+    The second result are derivatives in the energy along chains with this last crossing.
     """
     # Solves energy(theta(h)) = h, where theta(h) is the phase of the chain at the energy h.
     signs, cells = np.sign(made.I).astype(int), made.cells
-    h, theta, slope = made.level.h, made.parameter, 0.0
+    beside, h, theta, slope = made, made.level.h, made.parameter, 0.0
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
         step = off / (1 - orbits.energy_slope(theta) * slope)
         if abs(step) < 2e-16 * abs(h):
             break
-        h, before = h + step, theta
+        h, before, other = h + step, theta, made
         level = ChainLevel(orbits.return_map, h)
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
         made = system.solved(made.unknowns).in_cells(cells)
         theta = made.parameter
         # Shorter steps would make the difference one of roundings.
         if abs(step) > 1e-9 * abs(h):
-            slope = (theta - before) / step
+            slope, beside = (theta - before) / step, other
         if abs(theta - before) < SETTLED:
             break
-    return made, float(slope)
+    return made, ByEnergy.between(beside, made)

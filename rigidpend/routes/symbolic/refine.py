@@ -24,6 +24,7 @@ from rigidpend.machine.workers import note
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.routes.symbolic.chain import (
+    MOVED,
     Chain,
     NoOrbit,
     carried,
@@ -31,7 +32,7 @@ from rigidpend.routes.symbolic.chain import (
     check_told,
     tangents,
 )
-from rigidpend.routes.symbolic.legs import BELOW, DIGIT, GUARD, Legs, Slopes
+from rigidpend.routes.symbolic.legs import DIGIT, GUARD, ByEnergy, Legs
 from rigidpend.routes.symbolic.levels import STEP, OrbitFamily
 
 FIRST_DIGITS = 9.0
@@ -40,10 +41,8 @@ FIRST_DIGITS = 9.0
 Where surfaces are split by less than some 1e-8 they have fewer: the first correction shows it."""
 LEAST_DIGITS = 4
 """Least number of digits from which Newton's method goes on: it was seen to converge from 4.9."""
-SHORT = 5
-"""Digits below the reach of derivatives within which a correction by them is not worth it."""
-LITTLE = 3
-"""Digits: where a correction gains fewer, derivatives are computed anew, six legs for each."""
+LEAST_OF_LAST = 0
+"""Least number of digits, likewise, of the last crossing that counts."""
 ROUNDS = 60
 """Largest number of corrections."""
 MARGIN = 3
@@ -64,10 +63,12 @@ class Refined(NamedTuple):
     crossing_time: Array
 
 
-def refined(orbits: OrbitFamily, chain: Chain, by_energy: float, digits: int, jobs: int) -> Refined:
+def refined(
+    orbits: OrbitFamily, chain: Chain, by_energy: ByEnergy, digits: int, jobs: int
+) -> Refined:
     """theta2_0 of a chain at its own energy to `digits` digits behind the point.
 
-    `by_energy` is the derivative of theta2_0 in the energy for a fixed last crossing. NoOrbit is
+    `by_energy` are derivatives in the energy for a fixed last crossing. NoOrbit is
     raised where integration of the full equations does not follow the chain.
     """
     exponent = _growth(orbits, chain, by_energy)
@@ -84,19 +85,21 @@ def refined(orbits: OrbitFamily, chain: Chain, by_energy: float, digits: int, jo
     # ones need those with which integration finds them at all.
     needed = np.maximum.accumulate((digits + FURTHER - exponent)[::-1])[::-1][: reach + 1]
     needed = needed.clip(LEAST_DIGITS + SETTLED)
-    legs = Legs(orbits, chain, np.append(begun, chain.time)[: reach + 1], float(needed[0]), jobs)
+    legs = Legs(
+        orbits, chain, by_energy, np.append(begun, chain.time)[: reach + 1], float(needed[0]), jobs
+    )
     delay = _correct(legs, chain, _Digits(needed))
     theta, times = fraction(legs.theta), begun + np.append(0.0, np.cumsum(chain.time))
     return Refined(_decimal(theta, digits), fixed, bits, delay, times)
 
 
-def _growth(orbits: OrbitFamily, chain: Chain, by_energy: float) -> Array:
+def _growth(orbits: OrbitFamily, chain: Chain, by_energy: ByEnergy) -> Array:
     """Growth of a change of theta2_0 along a chain, with the change of energy that it causes.
 
     The result is log10 of the change of t' at the crossings, per radian of theta2_0, (n + 1,).
     """
     # theta2_0 and the energy depend on each other: this is the total derivative.
-    factor = abs(1 - by_energy * orbits.energy_slope(chain.parameter))
+    factor = abs(1 - by_energy.theta2_0 * orbits.energy_slope(chain.parameter))
     change = np.diff(_begun(orbits, chain, STEP * np.array([-1.0, 1.0])))[:, 0]
     # chi comes without whole turns, so that the difference may jump by one.
     change[1] = math.remainder(change[1], 2 * math.pi)
@@ -124,45 +127,28 @@ class _Digits:
         self.needed, self.most = needed, float(needed[0])
         # Of the crossings as they are; and before the last correction, as it has measured them.
         self.expected = self.measured = FIRST_DIGITS
-        # Those that corrections left less than expected, at most; and those that one gained.
-        self.lost, self.gained, self.first = 0.0, math.inf, True
+        # Share of the digits that corrections gained of those that they gain at most.
+        self.share, self.gained, self.first = 1.0, math.inf, True
 
     @property
     def last(self) -> int:
         """The last leg that counts: those whose ends have their digits, as measured, drop out."""
         return min(len(self.needed) - 1, int((self.needed > self.measured).sum()))
 
-    def aim(self, slopes: Slopes) -> float:
-        """Digits to which the next correction is to lead."""
-        return min(slopes.leave(self.expected), self.most, slopes.reach)
+    def aim(self, gained: float) -> float:
+        """Digits to which the next correction is to lead, which gains so many at most."""
+        return min(self.expected + gained, self.most)
 
-    def bits(self, slopes: Slopes) -> list[int]:
-        """Precisions in which the legs that count are integrated for the next correction."""
-        ends, aim = self.needed[: self.last + 1], self.aim(slopes)
-        return [math.ceil(min(aim, need) * DIGIT) + BELOW for need in ends]
-
-    def outgrow(self, slopes: Slopes) -> bool:
-        """True if the next digits need slopes from wider numbers."""
-        return self.expected > slopes.reach - SHORT and self.most > slopes.reach
-
-    def wear_out(self, slopes: Slopes) -> bool:
-        """True if the next digits need new slopes at the crossings as they are."""
-        # Where surfaces are split little, derivatives at the map's crossings gain few digits. And
-        # the first correction may show that more legs count than was expected.
-        return self.gained < LITTLE or self.last >= len(slopes.matrices)
-
-    def judge(self, found: list[float], slopes: Slopes) -> None:
+    def judge(self, found: list[float], gained: float) -> None:
         """Take what a correction has measured, and expect what it leaves."""
-        aim = self.aim(slopes)
-        both = zip(found, self.needed, strict=False)
-        here = min([self.most, *(x for x, need in both if x < need - SETTLED)])
+        aim, both = self.aim(gained), zip(found, self.needed, strict=False)
+        here = min([self.most, *(x for x, need in both if x <= need - SETTLED)])
         # The first correction measures the error of the map. Further ones measure that of the
-        # derivatives, and legs that graze a surface are curved more than was expected.
+        # derivatives, by which each digit that is to be gained falls short in proportion.
         if not self.first:
-            self.lost = max(self.lost, self.expected - here)
-            self.gained = here - self.measured
-        self.measured, self.first = here, False
-        self.expected = max(here, min(aim, slopes.leave(here) - self.lost))
+            self.share = min(self.share, max(0.0, here - self.measured) / self.gained)
+        self.measured, self.first, self.gained = here, False, gained
+        self.expected = max(here, min(aim, here + gained * self.share))
 
 
 def _correct(legs: Legs, chain: Chain, digits: _Digits) -> float:
@@ -170,21 +156,24 @@ def _correct(legs: Legs, chain: Chain, digits: _Digits) -> float:
 
     The result is the largest delay t' of a crossing behind that of the map.
     """
-    told, kinds = legs.times.copy(), iter(legs.kinds)
-    slopes = legs.slopes(next(kinds), digits.last, digits.expected)
+    told = legs.times.copy()
     for _ in range(ROUNDS):
-        if digits.outgrow(slopes):
-            slopes = legs.slopes(next(kinds), digits.last, digits.expected)
-        elif digits.wear_out(slopes):
-            slopes = legs.slopes(slopes.bits, digits.last, digits.expected)
         note(lambda: f"theta2_0 to {digits.expected:.0f} of {digits.most:.0f} digits")
-        digits.judge(legs.correct(slopes.matrices, digits.bits(slopes)), slopes)
-        # From fewer digits corrections might lead to another orbit.
-        if digits.measured < LEAST_DIGITS:
+        gained = legs.gained(digits.expected)
+        aim = digits.aim(gained)
+        aims = np.minimum(aim, digits.needed[: digits.last + 1])
+        bits = [math.ceil(x * DIGIT) + legs.below for x in aims]
+        *found, last = legs.correct(bits, aim - digits.expected)
+        # A long passage alone may grow a rounding of its beginning to much of the last crossing.
+        digits.judge([*found, max(last, LEAST_DIGITS)], gained)
+        delay = float(max(abs(x) for x in np.cumsum(legs.times - told)))
+        done = digits.expected >= digits.most
+        # From fewer digits corrections might lead to another orbit; so have those to other times.
+        if digits.measured < LEAST_DIGITS or last < LEAST_OF_LAST or (done and delay > MOVED):
             _check_placed(chain)
             raise NoOrbit("integration does not find the crossings where the map has them")
-        if digits.expected >= digits.most:
-            return float(max(abs(x) for x in np.cumsum(legs.times - told)))
+        if done:
+            return delay
     raise NoOrbit(f"integration follows the map to {digits.expected:.0f} digits only")
 
 
