@@ -2,9 +2,8 @@
 
 The map in doubles gives all crossings of an orbit to some ten digits. From each crossing the full
 equations are integrated to the next one, and Newton's method corrects all crossings and theta2_0
-until these legs meet. Each correction doubles the digits, or adds as many as the derivatives of the
-legs have. The derivatives are computed anew whenever the legs go on to wider numbers, in the
-numbers that the legs leave.
+until these legs meet. Derivatives are the map's, with which a correction gains up to ten digits;
+in wide numbers it is mended by differences in smaller ones, and gains more.
 
 A change of theta2_0 grows from crossing to crossing. Late crossings therefore need fewer digits
 than early ones: they drop out as soon as they have them, and each leg is integrated in as many bits
@@ -42,7 +41,10 @@ Where surfaces are split by less than some 1e-8 they have fewer: the first corre
 LEAST_DIGITS = 4
 """Least number of digits from which Newton's method goes on: it was seen to converge from 4.9."""
 LEAST_OF_LAST = 0
-"""Least number of digits, likewise, of the last crossing that counts."""
+"""Least number of digits, likewise, of the last crossing that counts: its chi errs by a radian.
+
+Its error is what one passage makes of those before it, and goes with these. At the end it has as
+many digits as they need, or the orbit is refused."""
 ROUNDS = 60
 """Largest number of corrections."""
 MARGIN = 3

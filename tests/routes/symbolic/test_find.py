@@ -158,6 +158,14 @@ def test_corrections_gain_more_in_wider_numbers(monkeypatch: pytest.MonkeyPatch)
     assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**28)
 
 
+def test_a_passage_whose_end_doubles_hardly_tell_is_found() -> None:
+    """By Taylor series of Euler-Poisson in 260 bits it ends where the next digits lead it."""
+    found = find_orbit(FIG4, "a 0^36", **START)
+    assert str(found.theta2_0) == "1.5620001402547490809955031060"
+    assert found.fixed == found.confirmed == 1
+    assert found.delay < 1e-12
+
+
 ROUND: dict[str, Any] = {"h0": 1, "J1_0": "1e-8"}
 LITTLE = Body(A=(2, "17/10", "37/20"), r=(2, 1, 0), mu="1/100")
 """Surfaces are split by 6e-9: deviations across the layer grow to 5e9 in a passage."""
