@@ -58,7 +58,7 @@ test-lowest: ## use the package with the lowest versions that pyproject.toml all
 	$(USED)
 
 attacks: $(VENV)/.installed-test ## random attacks of every kind, repeatable by their seed: half an hour; COUNT= SEED=
-	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_forgeries.py tests/runs/test_certificates.py tests/runs/test_faults.py tests/runs/test_parts.py tests/runs/test_cluster.py tests/machine/test_signals.py tests/routes/certified/test_energies.py tests/routes/certified/test_intervals.py tests/routes/certified/test_passages.py
+	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_forgeries.py tests/runs/test_certificates.py tests/runs/test_faults.py tests/runs/test_cluster.py tests/machine/test_signals.py tests/routes/certified/test_energies.py tests/routes/certified/test_intervals.py tests/routes/certified/test_passages.py
 
 coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
 	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage

@@ -1,7 +1,5 @@
 """Sphinx: how the documentation is built. The pages fetch nothing when they are read."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The floors of the house, read from the contract that holds them: `.importlinter`."""
 
-from __future__ import annotations
-
 import ast
 import configparser
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 Markdown for MyST, one function a page, called by `conf.py` before Sphinx reads the sources.
 """
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import pkgutil

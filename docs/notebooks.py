@@ -1,7 +1,5 @@
 """Notebooks as pages: every cell run, with its outcome below it."""
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import io

@@ -78,8 +78,6 @@ t, t'         time; t' = t s, s = sqrt((A1 - A2)/(A1 A2))         physical; 1
 In arrays the component, the symbol or the crossing comes first, the sample or orbit after.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:

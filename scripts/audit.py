@@ -6,8 +6,6 @@ It ends with 1 if there is one. Where the service cannot be asked it says so and
 pip-audit itself calls a package without fault that it has not found.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

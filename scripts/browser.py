@@ -1,7 +1,5 @@
 """A browser without a window, which opens pages from the disk and fetches nothing."""
 
-from __future__ import annotations
-
 import html
 import json
 import re

@@ -287,11 +287,11 @@ class Problem(NamedTuple):
     b: Interval
     twist: Interval
     """1/(4 lambda)."""
-    torque: tuple[Interval, Interval]
+    mu: tuple[Interval, Interval]
     """mu rho_1 and mu rho_2."""
-    turning: tuple[Interval, Interval, Interval]
+    omega: tuple[Interval, Interval, Interval]
     """omega_1, omega_2 and kappa."""
-    start: tuple[Interval, ...]
+    start: Sequence[Interval]
     """Q+, Q-, M3, gamma1, gamma2, gamma3 at t' = 0."""
     sigma: Interval
     F: Interval
@@ -301,51 +301,84 @@ class Problem(NamedTuple):
     """The weight, an exact number."""
 
 
-def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
-    """The problem of a config's numbers and of a phase, radians."""
+class Shape(NamedTuple):
+    """A body but for its weight."""
+
+    c: Interval
+    """cos(alpha0/2), and sin(alpha0/2): of the body's angles only these are needed, roots."""
+    s: Interval
+    kappa: Interval
+    rho: tuple[Interval, Interval]
+
+
+def shape_of(given: Mapping[str, Any]) -> Shape:
+    """The shape that a config's A and r say."""
+    if not all(isinstance(given[k], list | tuple) and len(given[k]) == 3 for k in ("A", "r")):
+        raise Refused("A or r is not three numbers")
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
-    mu, h0, J1 = (number(given[key]) for key in ("mu", "h0", "J1_0"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
     # A cosine that is 0 may be a little less, as far as is known: the formulas hold there too.
     positive = all(Interval.of(x).high >= 0 for x in (r1, r2))
     if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and positive):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
-    # c and s are cos(alpha0/2) and sin(alpha0/2): of the body's angles only sines and cosines of
-    # their halves are needed, which are roots.
     c = sqrt(Interval.of(A2 * (A1 - A3) / (A3 * (A1 - A2))))
     s = sqrt(Interval.of(A1 * (A3 - A2) / (A3 * (A1 - A2))))
-    length = sqrt(Interval.of(r1 * r1 + r2 * r2))
-    rho1, rho2 = r1 / length, r2 / length
-    kappa = A1 * A2 / (A3 * (A1 - A2))
-    J2 = sqrt(Interval.of(2 * h0 / kappa))
-    if J1 == 0 or not (Interval.of(J1).low > 0 and (J2 - J1).low > 0):
-        raise Refused("0 < J1_0 < J2_0 is broken, or cannot be told")
-    # The largest power of two that is no larger than the upper end.
+    length, kappa = sqrt(Interval.of(r1 * r1 + r2 * r2)), Interval.of(A1 * A2 / (A3 * (A1 - A2)))
+    return Shape(c, s, kappa, (r1 / length, r2 / length))
+
+
+def unit_of(J2: Interval) -> Fraction:
+    """The largest power of two that is no larger than the upper end, hardly lifted."""
     lifted = J2 * (1 + Fraction(1, 1 << 20))
-    unit = Fraction(1 << lifted.high.bit_length() - 1, 1 << Interval.digits)
-    mu = mu / unit**2
-    J1, J2 = Interval.of(J1 / unit), J2 / unit
-    lam = s * c
+    return Fraction(1 << lifted.high.bit_length() - 1, 1 << Interval.digits)
+
+
+def constants_of(body: Shape, mu: Interval, unit: Fraction) -> dict[str, Any]:
+    """Constants of the field and of the norm, by their names in a problem, where M is of `unit`."""
+    # Of another sign phases would take r for its opposite.
+    if mu.low < 0:
+        raise Refused("mu >= 0 is broken, or cannot be told")
+    c, s, kappa, (rho1, rho2) = body
+    lam, two = s * c, sqrt(Interval.of(2))
+    a, b, sigma = mu * (s * rho1 - c * rho2), mu * (s * rho1 + c * rho2), lam * two
+    omega = (kappa - c * c) / (2 * c), (kappa + s * s) / (2 * s), kappa
+    F = larger(hypotenuse(a, b), sigma * mu.size)
+    Omega = larger(two * larger(omega[0].size, omega[1].size), kappa.size / sigma)
+    # Any weight is valid; without a torque the best one would be infinite.
+    lightest = Omega * (unit / 2**16) ** 2
+    w = sqrt(Omega / F) if F.low > lightest.high else Interval.of(2**16 / unit)
+    found = {"lam": lam, "a": a, "b": b, "mu": (mu * rho1, mu * rho2), "omega": omega}
+    return found | {"sigma": sigma, "F": F, "Omega": Omega, "w": Interval(w.low, w.low)}
+
+
+def start_of(body: Shape, J1: Interval, J2: Interval, theta2_0: Interval, *more: Any) -> list[Any]:
+    """The start of two actions and a phase, radians: Q+, Q-, M3, gamma1, gamma2, gamma3.
+
+    `more` are the cosine and the sine of an angle by which the phase is larger.
+    """
+    c, s, _, (rho1, rho2) = body
+    if J1.low <= 0 or (J2 - J1).low <= 0:
+        raise Refused("0 < J1_0 < J2_0 is broken, or cannot be told")
     # |M| = J2, and p is its angle above the plane M3 = 0: M3 = J2 sin p. `across` is J2 cos p.
     across = 2 * sqrt(J1 * (J2 - J1))
     sinp, cosp = (2 * J1 - J2) / J2, across / J2
-    # `half` has the sine and the cosine of (alpha0 + beta0)/2, and g is that angle plus theta2.
-    half, turn = (s * rho1 + c * rho2, c * rho1 - s * rho2), Interval.of(theta2_0)
-    sin2, cos2 = FUNCTIONS["sin"](turn), cosine(turn)
-    sing, cosg = half[0] * cos2 + half[1] * sin2, half[1] * cos2 - half[0] * sin2
-    gamma = (sinp * cosg * s + sing * c, sinp * cosg * c - sing * s, -(cosp * cosg))
-    omega = ((kappa - c * c) / (2 * c), (kappa + s * s) / (2 * s), Interval.of(kappa))
-    a, b = mu * (s * rho1 - c * rho2), mu * half[0]
-    sigma, two = lam * sqrt(Interval.of(2)), sqrt(Interval.of(2))
-    F = larger(hypotenuse(a, b), sigma * Interval.of(mu).size)
-    Omega = larger(two * larger(omega[0].size, omega[1].size), omega[2].size / sigma)
-    # Any weight is valid; without a torque the best one would be infinite.
-    best = sqrt(Omega / F) if F.low << 32 > Omega.high else Interval.of(2**16)
-    return Problem(
-        *(lam, a, b, 1 / (4 * lam), (mu * rho1, mu * rho2), omega),
-        (across * (2 * lam), Interval.of(0), 2 * J1 - J2, *gamma),
-        *(sigma, F, Omega, Interval(best.low, best.low)),
-    )
+    # The sine and the cosine of (alpha0 + beta0)/2, then of that angle plus theta2.
+    sin, cos = s * rho1 + c * rho2, c * rho1 - s * rho2
+    for cosu, sinu in ((cosine(theta2_0), FUNCTIONS["sin"](theta2_0)), *([more] if more else [])):
+        sin, cos = cosu * sin + sinu * cos, cosu * cos - sinu * sin
+    gamma = cos * (sinp * s) + sin * c, cos * (sinp * c) - sin * s, cos * -cosp
+    return [across * (2 * s * c), Interval.of(0), 2 * J1 - J2, *gamma]
+
+
+def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
+    """The problem of a config's numbers and of a phase, radians."""
+    body = shape_of(given)
+    mu, h0, J1 = (number(given[key]) for key in ("mu", "h0", "J1_0"))
+    J2 = sqrt(Interval.of(2 * h0 / body.kappa))
+    unit = unit_of(J2)
+    found = constants_of(body, Interval.of(mu / unit**2), Fraction(1))
+    start = start_of(body, Interval.of(J1 / unit), J2 / unit, Interval.of(theta2_0))
+    return Problem(**found, twist=1 / (4 * found["lam"]), start=start)
 
 
 # ---- Chebyshev series: lists w of w_0/2 + sum_j w_j T_j, whole numbers.
@@ -457,15 +490,15 @@ def defect(problem: Problem, step: Step) -> list[Fraction]:
         for j, M in enumerate((S, D, M3))
         if i != j
     }
-    o1, o2, kappa = problem.turning
+    o1, o2, kappa = problem.omega
     # f as sums of constants times series, component by component.
     field = (
         [(-problem.lam, product(M3, Qp)), (problem.a, alone[2])],
         [(problem.lam, product(M3, Qm)), (-problem.b, alone[2])],
         [
             (problem.twist, product(S, D)),
-            (problem.torque[1], alone[0]),
-            (-problem.torque[0], alone[1]),
+            (problem.mu[1], alone[0]),
+            (-problem.mu[0], alone[1]),
         ],
         [(kappa, turned[1, 2]), (-o2, turned[2, 1])],
         [(o1, turned[2, 0]), (-kappa, turned[0, 2])],
@@ -484,6 +517,43 @@ def defect(problem: Problem, step: Step) -> list[Fraction]:
             doubt += step.half * (factor.high - factor.low) * most(series)
         sizes.append(Fraction(most(found) + doubt, 1 << scale))
     return sizes
+
+
+def grown(
+    p: Any,
+    sizes: Sequence[Interval],
+    half: Fraction,
+    begin: Fraction,
+    away: Fraction,
+    widest: Fraction,
+    name: str,
+) -> tuple[Fraction, Fraction]:
+    """A bound on the distance over a step, less than the radius of a tube, and its growth's factor.
+
+    `sizes` bound |M3| on equal parts, and `half` half of the length. Growth from `begin` on is
+    bounded at `away` times the radius from the polynomials: 1 at the orbits themselves. Radii are
+    tried until one holds; Fails under `name` if the widest does not.
+    """
+    radius = min(4 * begin, widest)
+    while True:
+        E = away * Interval.of(radius)
+        k = p.w * p.F + (1 + p.w * E) * (p.Omega / p.w)
+        # Twice the rates, and half of the duration of a part.
+        rates, beside = Interval.of(0), E / p.sigma
+        for m in sizes:
+            steep = p.lam * (m + beside)
+            rates += steep + hypotenuse(steep, k)
+        growth = rates * (half / len(sizes))
+        # No bound is less than 2^-digits: what grows so far would exceed any tube.
+        if growth.above > Interval.digits:
+            raise Fails(f"{name}: a bound that grows by more than exp({Interval.digits})")
+        factor = exponential(growth)
+        found = (factor * begin).above
+        if found < radius:
+            return found, factor.above
+        if radius == widest:
+            raise Fails(f"{name}: {about(found)} at the end, and {about(widest)} is the most")
+        radius = min(2 * found, widest)
 
 
 class Walk:
@@ -523,31 +593,11 @@ class Walk:
     def tube(
         self, step: Step, begin: Fraction, M3: Callable[[int], tuple[int, int]], parts: int
     ) -> Fraction:
-        """H3: the bound B on the distance over the step, less than the radius E of a tube.
-
-        `begin` is epsilon + 2 delta. Radii are tried until one holds, or the widest does not.
-        """
+        """H3: the bound B on the distance over the step; `begin` is epsilon + 2 delta."""
         ends = map(M3, range(parts))
         sizes = [Interval.of(Fraction(max(-low, high), 1 << FINE)) for low, high in ends]
-        radius = min(4 * begin, WIDEST)
-        while True:
-            p, E = self.problem, Interval.of(radius)
-            k = p.w * p.F + (1 + p.w * E / 2) * (p.Omega / p.w)
-            # Twice the rates, and half of the duration of a part.
-            rates, beside = Interval.of(0), E / (2 * p.sigma)
-            for m in sizes:
-                steep = p.lam * (m + beside)
-                rates += steep + hypotenuse(steep, k)
-            growth = rates * Fraction(step.half, parts << CLOCK)
-            # No bound is less than 2^-digits: what grows so far would exceed any tube.
-            if growth.above > Interval.digits:
-                raise Fails(f"H3: a bound that grows by more than exp({Interval.digits})")
-            grown = (exponential(growth) * begin).above
-            if grown < radius:
-                return grown
-            if radius == WIDEST:
-                raise Fails(f"H3: {about(grown)} at the end, and {WIDEST} is the most")
-            radius = min(2 * grown, WIDEST)
+        of = sizes, Fraction(step.half, 1 << CLOCK), begin
+        return grown(self.problem, *of, Fraction(1, 2), WIDEST, "H3")[0]
 
     def signs(
         self, step: Step, M3: Callable[[int], tuple[int, int]], bound: Fraction, parts: int
@@ -568,7 +618,7 @@ class Walk:
         """H5: the separatrix of the one crossing on a run of parts."""
         p, bits = self.problem, step.bits
         wide = Fraction(sum(most(w) for w in step.series[:2]), 1 << bits) + bound
-        rate = 2 * wide * p.twist + hypotenuse(*p.torque) * p.w
+        rate = 2 * wide * p.twist + hypotenuse(*p.mu) * p.w
         apart = rate * bound * Fraction(step.half, 1 << CLOCK) + bound / p.sigma
         slopes = on_parts(slope(step.series[2]), bits, parts)
         if min(_least(slopes(k), rising) for k in run) <= math.ceil(apart.above * (1 << FINE)):
@@ -845,8 +895,6 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
         expected = phases_of(config, stated)
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h0", "J1_0")}
         symbols = _count(config["problem"]["n_symbols"])
-        if len(problem["A"]) != 3 or len(problem["r"]) != 3:
-            raise Refused("its config: A and r are three numbers each")
     except (KeyError, TypeError, AttributeError) as error:
         raise Refused(f"its config lacks something: {error!r}") from None
     if set(expected) != set(arrays):

@@ -1,15 +1,16 @@
 """C8 and C9 of docs/full-shift.md: what orbits do beside the sets, and how surfaces cross."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 from scripts.check_certificate import Fails, Interval, exponential, hypotenuse, larger, sqrt
-from scripts.check_passages import STEEP, Arrival
+from scripts.check_passages import Arrival
 from scripts.check_sections import ALONE, Line, Problem, Quad, Step, line_beginning
 from scripts.check_series import above, around, least
+
+STEEP = 64
+"""Largest exponent of a bound's growth."""
 
 
 class Middle(NamedTuple):

@@ -1,7 +1,5 @@
 """C6 and C7 of docs/full-shift.md, and the proof of a full shift from C1 to C9."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 

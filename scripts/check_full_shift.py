@@ -18,8 +18,6 @@ check_coverings    the relations of sets (C6, C7), and the proof from all of the
 check_pieces       sets and steps as files hold them
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -7,8 +7,6 @@ to C6: a line of starts crosses the first set, each set covers the next, and the
 symbols of the code.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterator, Sequence

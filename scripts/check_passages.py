@@ -1,19 +1,15 @@
 """C2 to C5 of docs/full-shift.md: orbits of a set or a line, followed up to their next crossing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from scripts.check_certificate import Fails, Interval, exponential, hypotenuse
+from scripts.check_certificate import Fails, Interval, exponential, grown
 from scripts.check_sections import Bounds, Line, Problem, Quad, Step, beginning, line_beginning
-from scripts.check_series import ALONG, ENERGY, PARTS, Series, above, around, below, orders, size
+from scripts.check_series import ALONG, ENERGY, Series, above, around, below, orders, size
 
 WIDEST = Fraction(1, 4096)
 """Largest radius of a tube, in the unit of momenta."""
-STEEP = 64
-"""Largest exponent of a bound's growth over a step."""
 
 
 class Arrival(NamedTuple):
@@ -73,33 +69,12 @@ def joined(p: Problem, end: Sequence[Series], step: Step, bounds: Bounds) -> Bou
 def tube(
     p: Problem, step: Step, begin: Fraction, away: Fraction, name: str, widest: Fraction
 ) -> tuple[Fraction, Fraction]:
-    """The bound on the distance over a step, less than a tube's radius, and the factor of growth.
+    """The bound on the distance over a step and the factor of its growth, as `grown` has them.
 
-    `begin` is epsilon + 2 delta, and growth is bounded at `away` times the radius from the
-    polynomials: 1 at the orbits themselves. Fails under `name` if no tube up to `widest`, in the
-    unit of momenta, holds.
+    `begin` is epsilon + 2 delta, and `widest` is in the unit of momenta.
     """
-    widest = widest * p.unit
-    sizes, radius = [x.size for x in step.states[2].on_parts()], min(4 * begin, widest)
-    while True:
-        E = away * Interval.of(radius)
-        k = p.w * p.F + (1 + p.w * E) * (p.Omega / p.w)
-        # Twice the rates, and half of the duration of a part.
-        rates, beside = Interval.of(0), E / p.sigma
-        for m in sizes:
-            steep = p.lam * (m + beside)
-            rates += steep + hypotenuse(steep, k)
-        growth = rates * (step.half.most / PARTS)
-        if growth.above > STEEP:
-            raise Fails(f"{name}: a bound that grows by more than exp({STEEP}) on a step is none")
-        factor = exponential(growth)
-        grown = (factor * begin).above
-        if grown < radius:
-            return grown, factor.above
-        if radius == widest:
-            said = f"{float(grown):.3g} at the end, and {float(widest):.3g} is the most"
-            raise Fails(f"{name}: {said}")
-        radius = min(2 * grown, widest)
+    sizes = [x.size for x in step.states[2].on_parts()]
+    return grown(p, sizes, step.half.most, begin, away, widest * p.unit, name)
 
 
 def defects(p: Problem, step: Step) -> Bounds:

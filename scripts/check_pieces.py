@@ -1,7 +1,5 @@
 """Sets and steps as files hold them, for the checkers of docs/full-shift.md."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any

@@ -4,8 +4,6 @@ Points of a set or a line are solutions of equations near given polynomials. The
 body are here too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from decimal import Decimal
@@ -15,13 +13,14 @@ from typing import Any, NamedTuple, TypeAlias
 from scripts.check_certificate import (
     Fails,
     Interval,
-    Refused,
     arctangent,
+    constants_of,
     hypotenuse,
-    larger,
     number,
     pi,
+    shape_of,
     sqrt,
+    unit_of,
 )
 from scripts.check_series import ALONG, DIGITS, ENERGY, Series, above, orders, size
 
@@ -113,46 +112,16 @@ class Problem(NamedTuple):
 
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants of a config's numbers, with `shift` and `spread` of its energies."""
-    if not all(isinstance(given[k], list | tuple) and len(given[k]) == 3 for k in ("A", "r")):
-        raise Refused("A or r is not three numbers")
-    (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
+    body = c, s, kappa, _ = shape_of(given)
     held, shift, spread = "h" not in given, given.get("shift", 0), given.get("spread", 0)
     mu, h = (Interval.of(number(given[name])) for name in ("mu", "h0" if held else "h"))
-    ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
-    # A cosine that is 0 may be a little less, as far as is known: the formulas hold there too.
-    positive = all(Interval.of(x).high >= 0 for x in (r1, r2))
-    if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and positive):
-        raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
-    # Of another sign `phases` would take r for its opposite.
-    if mu.low < 0:
-        raise Refused("mu >= 0 is broken, or cannot be told")
-    c = sqrt(Interval.of(A2 * (A1 - A3) / (A3 * (A1 - A2))))
-    s = sqrt(Interval.of(A1 * (A3 - A2) / (A3 * (A1 - A2))))
-    length, kappa = sqrt(Interval.of(r1 * r1 + r2 * r2)), Interval.of(A1 * A2 / (A3 * (A1 - A2)))
-    rho1, rho2, lam, two = r1 / length, r2 / length, s * c, sqrt(Interval.of(2))
-    a, b, sigma = mu * (s * rho1 - c * rho2), mu * (s * rho1 + c * rho2), lam * two
-    omega = (kappa - c * c) / (2 * c), (kappa + s * s) / (2 * s), kappa
-    F = larger(hypotenuse(a, b), sigma * mu.size)
-    Omega = larger(two * larger(omega[0].size, omega[1].size), kappa.size / sigma)
-    # The largest power of two that is no larger than the upper end.
-    tall = (sqrt(2 * (h + shift) / kappa) * (1 + Fraction(1, 2**20))).high
-    unit = Fraction(1 << tall.bit_length() - 1, 1 << Interval.digits)
-    lightest = Omega * (unit / 2**16) ** 2
-    w = sqrt(Omega / F) if F.low > lightest.high else Interval.of(2**16 / unit)
+    unit = unit_of(sqrt(2 * (h + shift) / kappa))
     return Problem(
-        lam=lam,
-        a=a,
-        b=b,
-        mu=(mu * rho1, mu * rho2),
-        omega=omega,
+        **constants_of(body, mu, unit),
         to_M=(1 / (2 * c), 1 / (2 * s)),
         h=h + shift,
         spread=spread,
         h0=h if held else None,
-        sigma=sigma,
-        F=F,
-        Omega=Omega,
-        w=Interval(w.low, w.low),
         unit=unit,
     )
 

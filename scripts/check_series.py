@@ -117,7 +117,7 @@ class Series:
         n = self.degree + other.degree
         found: dict[Any, int] = {}
         for powers, product in products.items():
-            for j, c in enumerate(places(product, wide, n)[n:]):
+            for j, c in enumerate(places(product, wide, n)):
                 if c:
                     # This is 4 P Q, where c stands at z^j and at z^-j: 2 P Q has the term c T_j.
                     # At z^0 it stands once, and the term is c/2.
@@ -198,13 +198,13 @@ class Series:
 
 
 def places(number: int, wide: int, n: int) -> list[int]:
-    """Coefficients of z^0 to z^2n of a polynomial of which a number is the value at 256^wide."""
+    """Coefficients of z^n to z^2n of a polynomial of which a number is the value at 256^wide."""
     # Half of a place's range is added to each, so that none is negative, and taken off again.
     digits, half = (
         (number + lifted(wide, n)).to_bytes(wide * (2 * n + 1), "little"),
         1 << (8 * wide - 1),
     )
-    each = range(0, len(digits), wide)
+    each = range(n * wide, len(digits), wide)
     return [int.from_bytes(digits[k : k + wide], "little") - half for k in each]
 
 

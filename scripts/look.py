@@ -1,7 +1,5 @@
 """Look at the built pages in a browser: formulas are set, and nothing runs off the page."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

@@ -6,8 +6,6 @@ Writes docs/static/return_map.png, and with ``--limits`` (some minutes) the tabl
 docs/return-map.md between its marks.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import sys

@@ -12,8 +12,6 @@ declared in `tests/equivalent_mutants.yaml` is not run, and counts apart. `tests
 why this is no tool of others.
 """
 
-from __future__ import annotations
-
 import argparse
 import compileall
 import contextlib

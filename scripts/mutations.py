@@ -5,8 +5,6 @@ calls that are left out) these are slips of numerical code: a bound that is scal
 never fires, a key that lacks a part, a minimum for a maximum, NaN that is taken for a number.
 """
 
-from __future__ import annotations
-
 import ast
 import copy
 import functools

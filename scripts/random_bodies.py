@@ -6,8 +6,6 @@ As a user does: a config of each body, `run`, and with `--second` the second che
 most of the time: some minutes without it, ten with it.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import random

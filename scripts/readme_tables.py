@@ -7,8 +7,6 @@ block as it is. A block begins with a comment ``<!-- NAME -->`` and ends with ``
 what is between is replaced. With ``--check`` nothing is written: it fails where a page differs.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterator
 from pathlib import Path

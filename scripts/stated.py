@@ -7,8 +7,6 @@ more by a finer computation. Of the true error over the stated one the table in 
 has the median and the largest: at most 1, and not far below. It takes some minutes.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import re

@@ -5,8 +5,6 @@ it errs by some 2^-90, where maps of 64 bits err by 2^-65. Run as
 ``python -m scripts.stated_maps [BODIES]``.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Truths of closed and of periodic orbits, and of alpha(T), for :mod:`scripts.stated`."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable

@@ -6,8 +6,6 @@ All are times of processors, which hardly depend on what else goes on, of the co
 in the tables. All of them together take a quarter of an hour.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import pickle

@@ -8,12 +8,6 @@ from typing import Any
 
 def python(folder: Path, *arguments: str, **more: Any) -> subprocess.CompletedProcess[str]:
     """What a fresh Python does in a folder, warnings being errors."""
-    return subprocess.run(
-        [sys.executable, "-W", "error", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        **more,
-    )
+    how = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **more}
+    command = [sys.executable, "-W", "error", *arguments]
+    return subprocess.run(command, cwd=folder, text=True, timeout=120, check=False, **how)

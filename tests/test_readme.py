@@ -71,7 +71,7 @@ def test_make_attacks_runs_every_file_that_draws_by_lot() -> None:
     tried = re.findall(r"RIGIDPEND_SEED.*", (ROOT / "Makefile").read_text(encoding="utf-8"))[0]
     files = (path.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py"))
     drawing = {x for x in files if re.search(r"attacks(\.| import )lot", (ROOT / x).read_text())}
-    assert {x.name for x in drawing} > {"test_signals.py", "test_parts.py", "test_files.py"}
+    assert {x.name for x in drawing} > {"test_signals.py", "test_faults.py", "test_files.py"}
     assert {x for x in drawing if x.parent.name != "attacks"} <= {*map(Path, tried.split())}
 
 

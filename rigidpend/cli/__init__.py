@@ -1,7 +1,5 @@
 """Command line: thin modules of commands, which import heavy modules when they are used."""
 
-from __future__ import annotations
-
 import importlib
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Shared pieces of the commands: exit codes, error messages, tables."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math

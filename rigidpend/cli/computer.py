@@ -1,7 +1,5 @@
 """`rigidpend cache`, `doctor`: the cache and the installation on this machine."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator

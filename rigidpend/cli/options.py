@@ -1,7 +1,5 @@
 """Options and arguments that commands share, with their completion in a shell."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

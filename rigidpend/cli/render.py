@@ -1,7 +1,5 @@
 """`rigidpend render`, `report`: stored results drawn, and one HTML page of all."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """`rigidpend list`, `describe`: configs, and what follows from them without computing."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from typing import Any

@@ -62,6 +62,20 @@ class HeavyBody(UnweightedBody):
         return "; ".join(f"{key} = {value}" for key, value in given.items() if value is not None)
 
 
+class BodyAtEnergy(HeavyBody):
+    """A heavy body, and the energy of all orbits."""
+
+    h: Number
+    """Energy of all orbits (eq. h0_new), h > mu; physical units, as mu."""
+
+    @model_validator(mode="after")
+    def _rotates(self) -> Self:
+        from rigidpend.routes.problem import check_energy
+
+        check_energy("h", self.h, self.mu)
+        return self
+
+
 class RouteStart(HeavyBody):
     """Orbits that start at theta1_0 = alpha0 + beta0 and J2_0 = sqrt(2 h0/kappa)."""
 

@@ -119,7 +119,7 @@ def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
     if name and stored.is_file():
         return stored
     names = [*by_name, *own()]
-    others = f"; known are {', '.join(names)} and all, or give a FILE.yaml or a RESULT.h5"
+    others = f"; give a FILE.yaml, a RESULT.h5, all or one of {', '.join(names)}"
     raise ConfigError.of(Origin(name or "''"), f"no such config{meant(name, names, 0.6) or others}")
 
 

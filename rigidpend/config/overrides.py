@@ -3,8 +3,6 @@
 A setting is as if it were written in the file. A sweep is ``--sweep KEY=VALUE,VALUE``.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ they stand. What could surprise is refused: aliases, merges, tags, equal keys, s
 documents, deep nesting, huge files.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Its values come from `body`, `periodic`, `melnikov`, `precession` and `floquet`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

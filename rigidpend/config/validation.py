@@ -1,7 +1,5 @@
 """Validation messages in plain words, each at the place where the value was written."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 

@@ -1,7 +1,5 @@
 """Configs as people read them: YAML that reads back the same, and the differences of two."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Iterator, Mapping

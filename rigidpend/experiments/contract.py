@@ -38,8 +38,6 @@ import no matplotlib and `draw.py` no integrator, because each is loaded without
 results are compared by it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from operator import methodcaller

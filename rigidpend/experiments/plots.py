@@ -4,8 +4,6 @@ Colours are Okabe and Ito's palette, safe for the colour-blind (M. Okabe and K. 
 Universal Design, 2008). In arrays of symbols black is 0, white is 1, grey is no symbol.
 """
 
-from __future__ import annotations
-
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise

@@ -8,8 +8,6 @@ heyoka is a peer in speed and an independent truth for the benchmark and the str
 Nothing that computes a result uses it; it comes with the extra `bench`.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib.util
 import math

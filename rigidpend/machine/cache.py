@@ -7,8 +7,6 @@ compared when the file is read. A file that does not fit is reported, removed, a
 compiled code with a flipped bit would crash, or give other numbers.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import functools

@@ -3,8 +3,6 @@
 Comments, docstrings, layout and imports for type checkers do not count.
 """
 
-from __future__ import annotations
-
 import ast
 import functools
 import hashlib

@@ -3,8 +3,6 @@
 Leftovers of killed processes are recognised by their age, since there are no locks.
 """
 
-from __future__ import annotations
-
 import contextlib
 import glob
 import hashlib

@@ -8,8 +8,6 @@ nothing. The system writes the signal's number into a pipe, and a thread reads i
 In a notebook none of this is installed: Ctrl-C stays Python's `KeyboardInterrupt`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

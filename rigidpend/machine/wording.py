@@ -1,7 +1,5 @@
 """Wording: texts from files and errors made fit for messages; tables of text."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import textwrap

@@ -1,7 +1,5 @@
 """Parallel workers: threads if the work releases the interpreter's lock, processes if not."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal

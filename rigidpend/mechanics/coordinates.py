@@ -18,8 +18,6 @@ Angles are in radians. Maps hold in physical and in dimensionless units alike, w
 converts, unless their docstrings name the units.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any, NamedTuple
 

@@ -13,8 +13,6 @@ only the pendulum motion limits the step, and its singularities approach real ti
 computed side by side.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any, NamedTuple

@@ -11,8 +11,6 @@ t' they are functions of generic numbers: `m` is numpy, math or an mpmath contex
 orbits they form the heteroclinic cycle of Fig. 2, whose turns are the symbols of a route.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ Poinsot's herpolhode. The fixed basis has xi along the vertical gamma, and the h
 M at theta3 = 0. M and omega are physical, in principal axes.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from enum import Enum

@@ -6,8 +6,6 @@ their relative precision down to k' = 1e-150. Numbers are generic: `m` is numpy,
 context.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigidpend.numbers import Elementary, Scalar

@@ -16,8 +16,6 @@ components. The periodic solutions near the pendulum motions are given here to f
 and in `floquet` to round-off.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigidpend.mechanics import jacobi

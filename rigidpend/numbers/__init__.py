@@ -10,8 +10,6 @@ Types for functions of any kind of number: arrays of doubles, and generic number
 mpmath's, or symbols.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:

@@ -4,8 +4,6 @@ Configs and functions share these checks, so that a value is refused in the same
 sentence, of a ParameterError, names the argument.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Sequence
 from itertools import pairwise

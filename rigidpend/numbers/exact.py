@@ -105,22 +105,16 @@ def _operators(sign: str) -> tuple[Callable[[Exact, Any], Exact], Callable[[Exac
 
 @dataclass(frozen=True, eq=False)
 class Exact:
-    """A real number known exactly.
-
-    Attributes
-    ----------
-    text : str
-        The number as an expression that :func:`exact` reads back.
-    fraction : Fraction or None
-        The value where it is rational and known to be, else None.
-    over : callable
-        ``over(m)`` is the value in a namespace of numbers, such as balls, with its own rounding.
-        It has mpf, pi, sqrt, sin, cos, tan and atan.
-    """
+    """A real number known exactly."""
 
     text: str
+    """The number as an expression that :func:`exact` reads back."""
     fraction: Fraction | None
+    """The value where it is rational and known to be, else None."""
     over: Callable[[Any], Any]
+    """``over(m)`` is the value in a namespace of numbers, such as balls, with its own rounding.
+
+    It has mpf, pi, sqrt, sin, cos, tan and atan."""
 
     def at(self, bits: int) -> Any:
         """The value rounded to `bits` bits, as a number of :func:`context` ``(bits)``.

@@ -1,7 +1,5 @@
 """Texts of numbers and codes: short decimals, codes as words, values in messages."""
 
-from __future__ import annotations
-
 import ast
 import re
 import reprlib

@@ -8,8 +8,6 @@ return_map  from section to section, without integration, by a normal form and t
 What both find are records: named tuples of arrays, or of records, whose last axis counts orbits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """Captions: what a figure shows, and the body and start of a result in words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -9,7 +7,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
 from rigidpend.numbers.expressions import as_written
 
-SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
+SHARED = ("beta0", "mu", "h", "h0", "half_turns", "approach", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that follow the body, in this order, if they have a single value."""
 LONGEST = 300
 """Largest number of characters of a value that are shown."""

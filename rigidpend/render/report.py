@@ -5,8 +5,6 @@ paper's printed numbers beside the computed ones, from the stored result alone.
 Experiments without tables appear with their figure and provenance.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Sequence
@@ -60,17 +58,10 @@ def results(folder: Path) -> list[Path]:
 
 
 def write(sources: Sequence[Path], target: Path) -> list[str]:
-    """Write the page for some results, whole or not at all.
+    """Write the page for some results, whole or not at all; return sentences on those it lacks.
 
-    Returns
-    -------
-    list of str
-        Sentences on results that the page cannot show; they are on the page too.
-
-    Raises
-    ------
-    StoreError
-        None of the results can be shown (Absent if there is none), or the page cannot be written.
+    The sentences are on the page too. StoreError if none of the results can be shown (Absent if
+    there is none), or the page cannot be written.
     """
     page, problems = build(sources)
     files.prepare(target, "choose another file with --to")

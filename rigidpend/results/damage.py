@@ -4,8 +4,6 @@ A digest reveals damage, but not malice: whoever changes a file can seal it agai
 is first read in another process, with bounded time and memory.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

@@ -11,8 +11,6 @@ same bytes of a result once; then its structure is checked against the layout of
 Only then is a value used. All readers raise the errors of :func:`opened`.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Mapping

@@ -6,8 +6,6 @@ reached by a hard link, its data lie in the file itself, and its type, shape and
 the layout. The low-level interface is used, because it opens nothing by itself.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

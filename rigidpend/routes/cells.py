@@ -1,7 +1,5 @@
 """Route codes of many orbits, each of which may have parameters of its own: cells of a plane."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Mapping, Sequence

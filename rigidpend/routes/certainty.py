@@ -25,8 +25,6 @@ map in 64 bits. Its error was more than R times its difference from the other ma
 at most. Independent errors behave in the same way.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
@@ -264,9 +262,9 @@ def _further(
 
 
 def open_columns(found: Decided) -> Columns:
-    """The columns with an uncertain symbol, but for orbits that stay: more bits decide none."""
-    stays = found.crossings.outcome == Outcome.STAYS
-    return np.flatnonzero(~(found.certain.all(axis=0) | stays))
+    """The columns with an uncertain symbol, but for those of which more bits decide none."""
+    ended = np.isin(found.crossings.outcome, (Outcome.STAYS, Outcome.TOO_LONG))
+    return np.flatnonzero(~(found.certain.all(axis=0) | ended))
 
 
 def _agreed(a: Crossings, b: Crossings, certain: NDArray[np.bool_]) -> Crossings:

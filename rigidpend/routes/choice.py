@@ -128,6 +128,7 @@ def decide(run: Run, method: str = "auto", *, use_kept: bool = False) -> Decided
                 raise
             each, all_ = costs.integration(run.problem, precisions), run.orbits
             costs.warned(run.problem, all_, all_, each, f"there are no return maps: {reason}")
+    costs.warned_of_none(run.problem)
     return run.by_integration()
 
 

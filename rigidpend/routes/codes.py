@@ -1,7 +1,5 @@
 """Route codes of a body's orbits from their initial phases."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -5,8 +5,6 @@ that take long. It follows from the body and the numbers alone, so that no resul
 machine or on cached maps. A wrong estimate costs time but changes no symbol.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math
@@ -15,7 +13,7 @@ from collections.abc import Sequence
 
 from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP_BITS
-from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.numbers.exact import PRECISIONS, context
 from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
 from rigidpend.routes.certainty import LIMIT_OF_THREE, LIMIT_OF_TWO
 from rigidpend.routes.ladder import CLOSEST, RUNGS, fits, kept_bits
@@ -119,14 +117,24 @@ SLOW, LONG = 100e-6 / 15, 1.0
 """Seconds for each symbol of all orbits, and seconds in all, above which integration is warned of.
 
 Both must be exceeded."""
+FOLLOWED = 200_000
+"""Number of rotations without a crossing after which engine `taylor` gives an orbit up.
+
+It does so after 2,000,000 steps, of which a rotation takes some ten. Of a nearly symmetric body
+orbits were followed through 207,000 rotations, and their codes were found."""
+NEVER = 5 * FOLLOWED
+"""Number of rotations through which no orbit is followed."""
 
 
 class SlowRoutesWarning(UserWarning):
-    """Warning that orbits are integrated and take long, with the reason."""
+    """Warning that orbits are integrated and take long, or are given up, with the reason."""
 
 
 def integration(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
     """Seconds of a core that an orbit takes by integration, in the given precisions (bits)."""
+    if to_section(problem) > NEVER:
+        # It is given up before its first symbol, and not computed in more bits.
+        return ROTATION * FOLLOWED
     further = _further(problem, precisions, share_open(problem, precisions[0]))
     return _once(problem) * (_factor(precisions[0]) + further)
 
@@ -153,7 +161,8 @@ def _once(problem: RouteProblem) -> float:
     """Seconds of a core that two computations of an orbit in doubles take."""
     rotations = passage_rotations(problem)
     # Without weight (mu = 0) an orbit crosses once and never again: rotations are infinite.
-    return problem.n_symbols * (SYMBOL + ROTATION * (rotations if rotations < math.inf else 1.0))
+    rotations = min(rotations, FOLLOWED) if rotations < math.inf else 1.0
+    return problem.n_symbols * (SYMBOL + ROTATION * rotations)
 
 
 def _further(
@@ -244,6 +253,29 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
     """Longest time, seconds of a core, that the tables of all designs may take so as to pay."""
     return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
+
+
+def to_section(problem: RouteProblem) -> float:
+    """Least number of rotations from the start to J1 = J2/2.
+
+    J1 grows by exp(2 pi^2/nu) in each, and by gravity too: that of nearly symmetric bodies by
+    exp(0.17 (mu/h0)^2) to exp(0.25 (mu/h0)^2), as measured.
+    """
+    smaller = min(problem.J1_0.at(53), problem.J2mJ1_0(53))
+    depth = float(context(53).log(problem.J2_0(53) / smaller))
+    weight = float(problem.body.mu.at(53) / problem.h0.at(53))
+    return depth / (2 * math.pi**2 / float(problem.body.angles().nu) + weight**2 / 2)
+
+
+def warned_of_none(problem: RouteProblem) -> None:
+    """Warn if integration gives orbits up before their first symbols."""
+    if (rotations := to_section(problem)) > NEVER:
+        warnings.warn(
+            f"all symbols stay uncertain: an orbit rotates {rotations:.2g} times or more before its"
+            f" first one, and is followed through some {FOLLOWED:,}",
+            SlowRoutesWarning,
+            stacklevel=2,
+        )
 
 
 def warned(problem: RouteProblem, orbits: int, out_of: int, each: float, reason: str) -> None:

@@ -8,8 +8,6 @@ compared with one from which its growth counts, so large that an orbit is rather
 late.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 

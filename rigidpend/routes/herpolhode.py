@@ -1,7 +1,5 @@
 """Orbits that follow a given route, sampled in double precision with theta3 and alpha."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

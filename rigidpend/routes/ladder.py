@@ -45,8 +45,6 @@ integration it counts for as many more as tables of a thin layer hold (`problem.
 beyond doubles for `SHARPER_BY` more, unless the other map computes on its rung too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 

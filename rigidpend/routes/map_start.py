@@ -1,7 +1,5 @@
 """Starts of the orbits of Fig. 4 on the section of return maps, in the unit of a map's design."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any, NamedTuple
 

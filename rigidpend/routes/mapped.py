@@ -5,8 +5,6 @@ orders, nodes, arcs and units, so they share neither truncation nor rounding. A 
 energies of all phases, h0 + mu sin(theta2_0) but for terms of the order of mu J1_0.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import math
@@ -160,20 +158,23 @@ class Maps:
         if self.only_kept and missing:
             raise MapError("none is kept")
         expected = _expected(self.problem, tasks)
-        total, longest = sum(expected.values()), max(expected, key=expected.__getitem__)
+        total = sum(expected.values())
         if total > budget:
             raise Costly(total, budget)
         self._budgets |= {task: budget * (each / total) for task, each in expected.items()}
+        missing.sort(key=expected.__getitem__, reverse=True)
 
-        def prepare(task: Task) -> None:
-            if task == longest:
-                self.map_of(*task)
-            else:
-                build_apart(body, ends, *task, self._budgets[task])
+        def prepare(first: int) -> None:
+            # The longest is made in this process, and the next ones in further ones beside it.
+            for task in missing[first :: self.run.jobs]:
+                if first == 0:
+                    self.map_of(*task)
+                else:
+                    build_apart(body, ends, *task, self._budgets[task])
 
-        # The longest is made in this process, and the others in further ones beside it.
-        if self.run.jobs > 1 and len(missing) > 1 and expected[longest] > LEAST_APART:
-            side_by_side(prepare, (), False, missing, self.run.jobs)
+        beside = min(self.run.jobs, len(missing))
+        if beside > 1 and expected[missing[0]] > LEAST_APART:
+            side_by_side(prepare, (), False, range(beside), beside)
         for task in tasks:
             self.map_of(*task)
 

@@ -11,8 +11,6 @@ Beside one reference this is cheap down to the part of the distance that doubles
 next reference begins there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

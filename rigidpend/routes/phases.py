@@ -4,8 +4,6 @@ A phase far from zero loses its whole turns before it is rounded. Otherwise its 
 be no small angle, and would be the same in all computations, which could not show it.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """The problem behind Fig. 4: its checked numbers, and its scales of time and distance."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Integration of the orbits of one call, in any precision."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Starts of the orbits of Fig. 4: on separatrix 2, near the lower periodic orbit."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from fractions import Fraction

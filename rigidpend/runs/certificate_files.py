@@ -6,8 +6,6 @@ column states its phase and its proven symbols. What follows from the polynomial
 times, is not stored, so that no two things in a certificate can disagree.
 """
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Certificates of whole configs: made in parts that outlive a stop, and checked again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial

@@ -5,8 +5,6 @@ as soon as it arrives, as if it had computed the part itself: the result is the 
 interrupted run continues, with the cluster or without.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import itertools
 import logging

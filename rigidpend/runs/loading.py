@@ -1,7 +1,5 @@
 """Loading of configs: found by name, read with places, checked against their schema."""
 
-from __future__ import annotations
-
 import copy
 import functools
 import json

@@ -1,7 +1,5 @@
 """Logs beside the results: `NAME.log` has the messages of the last run of NAME."""
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import tempfile

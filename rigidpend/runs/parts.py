@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
-import re
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,11 +19,6 @@ from rigidpend.machine.workers import ahead, check_stop, worth_processes
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Tree
-
-KINDS = re.compile(r"[<>|][biufcS]\d{1,6}")
-"""Types of the elements of arrays, as numpy writes them."""
-UNFIT = ArithmeticError, LookupError, RecursionError, TypeError, ValueError
-"""Errors raised by bytes that are no part."""
 
 
 class Parts:
@@ -51,14 +46,15 @@ class Parts:
         if it cannot be written, for example because a folder is in its place.
         """
         self._make_room()
-        path, of = self._path(name), f"{self._fingerprint}, part {name}".encode()
+        path, of = self._path(name), f"{self._fingerprint}, part {name} as npy".encode()
         # Checked before hours of computation whose result could not be stored.
         files.make_way(path)
         content = cache.load_file(path, of)
         if content is not None:
             try:
                 return unpacked(content)
-            except UNFIT:
+            # Whatever else was sealed under this name may raise anything.
+            except Exception:  # noqa: BLE001
                 cache.tell(path, "no part of a run")
         check_stop()
         made = compute()
@@ -101,58 +97,44 @@ class Parts:
 
 
 def packed(tree: Tree) -> bytes:
-    """A part as bytes: a line of its groups and arrays in JSON, then the arrays' own bytes."""
-    arrays: list[bytes] = []
-    outline = json.dumps(_outlined(tree, arrays)).encode()
-    return b"".join([outline, b"\n", *arrays])
+    """A part as bytes: a line of its groups and texts in JSON, then its arrays as NumPy's files."""
+    import numpy as np
+
+    arrays: list[Any] = []
+    content = io.BytesIO()
+    content.write(json.dumps(_outlined(tree, arrays)).encode() + b"\n")
+    for array in arrays:
+        np.save(content, array, allow_pickle=False)
+    return content.getvalue()
 
 
 # A module's function, because a recursive closure is a reference cycle, which would keep the
 # arrays in memory until a garbage collection.
-def _outlined(node: Any, arrays: list[bytes]) -> Any:
-    """The outline of a group or of an array; the bytes of arrays are appended to `arrays`."""
-    import numpy as np
-
-    from rigidpend.experiments.data import as_bytes
-
+def _outlined(node: Any, arrays: list[Any]) -> Any:
+    """The groups and texts of a part, with None for each array; `arrays` collects these."""
     if isinstance(node, Mapping):
         return {name: _outlined(inner, arrays) for name, inner in node.items()}
     if isinstance(node, str):
-        return [node, "", []]
-    array = np.asarray(node)
-    if array.dtype.kind == "U":
-        array = as_bytes(array)
-    if not KINDS.fullmatch(array.dtype.str):
-        raise TypeError(f"arrays of {array.dtype} are not kept")
-    arrays.append(array.tobytes())
-    return [None, array.dtype.str, array.shape]
+        return node
+    arrays.append(node)
+    return None
 
 
 def unpacked(content: bytes) -> Tree:
-    """The part that was given to :func:`packed`; one of the errors `UNFIT` for other bytes.
-
-    Whatever the outline says, no more memory is taken than the bytes have.
-    """
-    end = content.index(b"\n")
-    tree: Tree = _unpacked(json.loads(content[:end]), content, [end + 1])
+    """The part that was given to :func:`packed`; an error of some kind for other bytes."""
+    file = io.BytesIO(content)
+    tree: Tree = _filled(json.loads(file.readline()), file)
     return tree
 
 
-def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
-    """A group or an array from its outline; `ends` collects the ends of the arrays' bytes."""
+def _filled(node: Any, file: io.BytesIO) -> Any:
+    """A part from its outline, with the next array of the file in the place of each None."""
     import numpy as np
 
     if isinstance(node, dict):
-        return {name: _unpacked(inner, content, ends) for name, inner in node.items()}
-    text, kind, shape = node
-    if text is not None:
-        return text
-    if not KINDS.fullmatch(kind):
-        raise TypeError(f"arrays of {kind} are not kept")
-    # The array is a view of the bytes at first: numpy refuses a shape that they do not hold.
-    array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
-    ends.append(ends[-1] + array.nbytes)
-    return array if shape else array[()]
+        return {name: _filled(inner, file) for name, inner in node.items()}
+    # A number by itself is stored as an array without axes.
+    return np.load(file)[()] if node is None else node
 
 
 def sweep(target: Path) -> None:

@@ -1,7 +1,5 @@
 """Provenance of a result: versions, commit, machine, and the code that computes it."""
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import importlib.metadata

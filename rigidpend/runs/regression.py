@@ -1,7 +1,5 @@
 """References: stored results that fresh ones are compared with, and how they are renewed."""
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import tempfile

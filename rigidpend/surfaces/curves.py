@@ -1,7 +1,5 @@
 """Curves of orbits on the asymptotic surfaces (the stable and unstable manifolds) of Fig. 3."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

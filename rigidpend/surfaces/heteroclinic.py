@@ -6,8 +6,6 @@ after it. Where the surfaces coincide (in the Hess case, on separatrices 1 and 3
 heteroclinic, and these are two of them.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

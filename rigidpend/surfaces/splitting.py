@@ -9,8 +9,6 @@ is odd in mu and Melnikov's formula for it errs by O(mu^3), while the distance a
 differs from Melnikov's by d2 = O(mu^2).
 """
 
-from __future__ import annotations
-
 import math
 from operator import mul
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Orbits of S1-, the unstable manifold of the lower periodic orbit, up to the section J1 = J2/2."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from fractions import Fraction

@@ -187,10 +187,10 @@ def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written
 
 
 def test_an_interrupted_run_has_its_document_too(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
+    small: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(runner, "run", Mock(side_effect=KeyboardInterrupt))
-    done = call(desk, "run", "small.yaml", "fig2", "--json", "--out", "interrupted")
+    done = call(small, "run", "small.yaml", "fig2", "--json", "--out", "interrupted")
     assert done.returncode == 130
     assert done.stderr.splitlines()[1:] == ["interrupted; finished results are kept"]
     assert [one["status"] for one in json.loads(done.stdout)] == ["interrupted", "not run"]
@@ -221,10 +221,10 @@ def test_so_many_go_side_by_side_that_none_outlasts_all_others(
 
 @pytest.mark.parametrize(("given", "at_once"), [(("-j1",), 1), (("--scheduler", "head:8786"), 0)])
 def test_of_a_cluster_the_whole_time_is_not_told(
-    desk: Path, monkeypatch: pytest.MonkeyPatch, given: tuple[str, ...], at_once: int
+    small: Path, monkeypatch: pytest.MonkeyPatch, given: tuple[str, ...], at_once: int
 ) -> None:
     """It is unknown how many workers share the configs."""
     shown = Mock(wraps=progress.Progress)
     monkeypatch.setattr(run, "Progress", shown)
-    succeeded(desk, "run", "small.yaml", "-n", "--out", "new", *given)
+    succeeded(small, "run", "small.yaml", "-n", "--out", "new", *given)
     assert shown.call_args.args[2] == at_once

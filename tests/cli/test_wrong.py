@@ -7,7 +7,6 @@ import pickle
 import shlex
 import shutil
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -36,6 +35,7 @@ from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
 from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import SMALL, written
+from tests.processes import python
 
 LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
 """A name that no system takes, one with which no longer one can begin, and 80 kB of argument."""
@@ -118,8 +118,10 @@ report --out LONG | 1 | File name too long
 
 
 @pytest.fixture(scope="module")
-def strange(desk: Path) -> Path:
-    """The desk, with twins of a config, a pipe, and a folder whose places are taken."""
+def strange(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a config and twins of it, a pipe, and a folder whose places are taken."""
+    desk = tmp_path_factory.mktemp("desk")
+    written(desk, SMALL, "small.yaml")
     os.mkfifo(desk / "pipe.yaml")
     (desk / "loop").symlink_to("loop")
     for name in (NEARLY, "\udcfe", "a\x1bb"):
@@ -224,18 +226,20 @@ def test_a_library_that_cannot_be_loaded_is_named_with_the_cure(
 
 
 def test_an_error_of_ours_is_in_the_log_with_its_traceback_or_in_a_temporary_file(
-    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    strange: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr(runner, "run", Mock(side_effect=ZeroDivisionError("mine")))
     for command in ("run small.yaml --out ours", "run small.yaml --out small.yaml/sub", "list"):
         if command == "list":
             monkeypatch.setattr(runner, "plan", Mock(side_effect=KeyError("mine")))
-        done = call(desk, *command.split())
+        done = call(strange, *command.split())
         [log] = tmp_path.iterdir() if "ours" not in command else [Path("ours", "small.log")]
         assert done.returncode == common.INTERNAL
         assert done.stderr.splitlines()[-1].endswith(f"please report it with {log}")
-        before, _, trace = (desk / log).read_text().partition("Traceback (most recent call last)")
+        before, _, trace = (
+            (strange / log).read_text().partition("Traceback (most recent call last)")
+        )
         assert "Error: " in trace
         assert before.count("computing (no result yet)") == command.count("ours")
         assert bool(before) == (not log.is_absolute())
@@ -356,17 +360,10 @@ KEPT = "rigidpend.machine.cache.KeptFileWarning"
 
 
 def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        # What cannot be kept in the user's cache is told by a warning, and is another matter.
-        [sys.executable, "-W", "error", "-W", f"ignore::{KEPT}", "-m", "rigidpend", *arguments],
-        cwd=folder,
-        # Python 3.11 keeps what of compiled code finds room: later processes would fail.
-        env=UNTRACED | {"PYTHONDONTWRITEBYTECODE": "1"},
-        text=True,
-        timeout=120,
-        check=False,
-        **how,
-    )
+    # What cannot be kept in the user's cache is told by a warning, and is another matter.
+    given = ("-W", f"ignore::{KEPT}", "-m", "rigidpend", *arguments)
+    # Python 3.11 keeps what of compiled code finds room: later processes would fail.
+    return python(folder, *given, env=UNTRACED | {"PYTHONDONTWRITEBYTECODE": "1"}, **how)
 
 
 @pytest.mark.slow
@@ -375,7 +372,7 @@ def test_a_full_stdout_is_one_sentence_and_a_full_stderr_no_reason_not_to_comput
     small: Path,
 ) -> None:
     with FULL.open("w") as full:
-        done = streams(small, "run", "--help", stdout=full, stderr=subprocess.PIPE)
+        done = streams(small, "run", "--help", stdout=full)
         said = done.stderr.splitlines()[-1]
         assert (done.returncode, said) == (1, "rigidpend: No space left on device")
         assert "Exception" not in done.stderr
@@ -400,6 +397,6 @@ def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:
 def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)
-    done = streams(tmp_path, "describe", "fig4", "--json", stdout=writer, stderr=subprocess.PIPE)
+    done = streams(tmp_path, "describe", "fig4", "--json", stdout=writer)
     os.close(writer)
     assert done.stderr == ""

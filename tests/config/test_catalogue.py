@@ -71,7 +71,7 @@ def test_the_installed_package_s_configs_come_last_and_without_any_nothing_is_kn
     [
         *((name, "did you mean fig") for name in ("fig", "Fig4", "fg4", "fig44")),
         ("melnikov_tset", "did you mean melnikov_test?"),
-        *((name, "known are ") for name in ("zzzzzz", "", ".", "./", "/", "..")),
+        *((name, "give a FILE.yaml") for name in ("zzzzzz", "", ".", "./", "/", "..")),
     ],
 )
 def test_an_unknown_name_is_answered_with_a_near_one_or_with_all(
@@ -80,7 +80,15 @@ def test_an_unknown_name_is_answered_with_a_near_one_or_with_all(
     (here / "configs").mkdir()
     written(here / "configs", SMALL, "melnikov_test.yaml")
     assert said(name).startswith(f"{name or repr(name)}: no such config; {answer}")
-    assert ("fig1, fig2" in said(name)) == (answer == "known are ")
+    assert ("fig1, fig2" in said(name)) == (answer == "give a FILE.yaml")
+
+
+def test_the_advice_comes_before_names_that_are_too_many(here: Path) -> None:
+    for k in range(60):
+        written(here, SMALL, f"long_name_{k}.yaml")
+    advice, _, names = said("zzzzzz").partition(" or one of ")
+    assert advice.endswith("give a FILE.yaml, a RESULT.h5, all")
+    assert names.endswith("...")
 
 
 def test_what_is_no_file_is_said(here: Path) -> None:

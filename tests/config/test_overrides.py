@@ -80,12 +80,6 @@ def test_a_wrong_setting_is_named_with_all_that_is_wrong_with_it(case: str) -> N
         assert str(problem).startswith(f"--set {setting}: {said}"[:200])
 
 
-def test_all_wrong_settings_are_said_at_once() -> None:
-    given = ["no", "problem.A.7=1", "problem.h0=[", "problem.mu=x", "problem.J1_0=1e-9"]
-    found = refused(FIG4, given)
-    assert [str(problem.origin) for problem in found] == [f"--set {x}" for x in given[:4]]
-
-
 def test_every_combination_has_a_result_named_by_its_values(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -81,11 +81,11 @@ def test_all_that_settings_and_schema_refuse_is_said_at_once(tmp_path: Path) -> 
     text = changed("mu: 0.001", "mu: x")
     text = changed("engine: auto", "engine: turbo", changed("count: 63", "count: x", text))
     text = changed("r: [1, 1, 0]", "r: [1, 1, 1]", changed("A: [2, 1,", "A: [1, 2,", text))
-    settings = "numerics.x=1", "problem.n_symbols=1/2", "problem.A.3=*a"
+    settings = "numerics.x=1", "problem.n_symbols=1/2", "problem.A.3=*a", "no"
     found = refused(written(tmp_path, text), settings)
-    origins = [f"--set {settings[k]}" for k in (2, 1, 0)]
-    assert [str(x.origin) for x in found[:3]] == origins
-    said = [(x.origin.line, ".".join(map(str, x.place)), x.message[:11]) for x in found[3:]]
+    origins = [f"--set {settings[k]}" for k in (2, 3, 1, 0)]
+    assert [str(x.origin) for x in found[:4]] == origins
+    said = [(x.origin.line, ".".join(map(str, x.place)), x.message[:11]) for x in found[4:]]
     assert said == [
         (6, "problem.A", "A1 > A3 > A"),
         (7, "problem.r", "r3 = 0 is b"),

@@ -46,9 +46,18 @@ def test_half_rotations_that_are_too_few_are_refused_with_the_least_number_that_
         found(too_few)
     least = int(re.findall(r"allow (\d+)", str(refused.value))[0])
     assert least > too_few
-    assert all(len(orbits["theta2_0"]) for orbits in found(least)["orbits"].values())
+    enough = found(least)
+    assert all(len(orbits["theta2_0"]) for orbits in enough["orbits"].values())
+    assert not enough["drawn"]
     with pytest.raises(NoOrbit, match=f"allow {least}, or fewer symbols"):
         found(least - 1)
+
+
+def test_where_no_number_of_half_rotations_suffices_none_is_named() -> None:
+    """The surfaces at downward crossings are not split in the Hess case."""
+    hess = "problem.symbols=1", "problem.r=[1, sqrt(2), 0]", "problem.drawn=0"
+    with pytest.raises(NoOrbit, match=r"= 10 half rotations: allow fewer symbols$"):
+        computed(asked("asymptotic_orbits", *hess))
 
 
 def test_all_is_as_it_is_stored_but_the_plane(data: Any) -> None:

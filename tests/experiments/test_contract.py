@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from rigidpend import experiments
 from rigidpend.config import catalogue
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, Loaded, Tree
+from rigidpend.machine.wording import Table
 from rigidpend.runs import loading
 
 NAMES = experiments.names()
@@ -19,20 +21,18 @@ OWN = {"bench": ("A1", "A2", "A3", "mu", "h0")}
 """Fields whose unit each body has for itself."""
 
 
-def signature(function: Any) -> str:
-    return str(inspect.signature(function)).replace("'", "")
+def types(function: Any) -> dict[str, Any]:
+    return inspect.get_annotations(function, eval_str=True)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_offers_what_the_contract_says(name: str) -> None:
-    """Names in annotations are of the contract's own types: mypy sees what they stand for."""
-    computation, draw = experiments.computation(name), experiments.drawing(name).draw
-    assert signature(computation.compute) == "(config: Config, means: Means) -> Tree"
-    assert signature(draw) == "(result: Loaded) -> Figure"
+    schema, computation = experiments.schema(name), experiments.computation(name)
+    assert types(computation.compute) == {"config": schema, "means": Means, "return": Tree}
     told = experiments.drawing(name)
-    assert signature(told.tables) == "(result: Loaded) -> list[Table]"
+    assert types(told.draw) == {"result": Loaded, "return": Figure}
+    assert types(told.tables) == {"result": Loaded, "return": list[Table]}
     assert told.CAPTION.endswith(".")
-    schema = experiments.schema(name)
     assert schema.__module__ == f"rigidpend.experiments.{name}.schema"
     assert hasattr(computation, "PIECES") is (name in ("route_codes", "route_map"))
     declared = dict(fields(experiments.layout(name)))

@@ -1,5 +1,6 @@
 """Estimates of the time that experiments take, beside times that were measured."""
 
+from collections.abc import Iterator
 from typing import Any
 from unittest.mock import Mock
 
@@ -99,94 +100,68 @@ TIMES: dict[tuple[str, ...], dict[tuple[Any, ...], float]] = {
 
 Keys are the shipped config, the name of its energy, and those of the settings. More were measured:
 of 601 slips in the estimates these notice the same, by two of them where two or more did."""
-CASES = [(of, case) for of, times in TIMES.items() for case in times]
 PRECESSION = {"all": 1.52, "slow": 0.27, "generic": 0.36, "fig5": 0.44, "flat": 0.46}
 SPLITTING = {"all": 5.7, "generic": 0.36, "fig5": 0.75}
 """The same for two more experiments: of the shipped config's bodies, or of one with its weights."""
-ONE_BODY = [
-    (name, body, seconds)
-    for name, times in (("precession", PRECESSION), ("splitting", SPLITTING))
-    for body, seconds in times.items()
-]
 
 
-@pytest.mark.parametrize(("of", "case"), CASES, ids=str)
-def test_experiments_take_a_third_to_thrice_the_estimate(
-    of: tuple[str, ...], case: tuple[Any, ...]
-) -> None:
-    (name, energy, *settings), (body, *values) = of, case
-    keys = "A", "r", "mu", energy, *settings
-    given = zip(keys, (*BODIES[body], *values), strict=True)
-    config = asked(name, *(f"problem.{key}={value}" for key, value in given))
-    estimate = experiments.cost(config)
-    assert 1 / 3 < estimate / TIMES[of][case] < 3
-
-
-@pytest.mark.parametrize(("name", "body", "seconds"), ONE_BODY)
-def test_bodies_with_many_weights_take_a_third_to_thrice_the_estimate(
-    name: str, body: str, seconds: float
-) -> None:
-    A, r, *_ = BODIES.get(body, ("", ""))
-    one = (f"problem.bodies={{q: {{A: {A}, r: {r}}}}}",) if A else ()
-    # The splitting draws one of its bodies, the precession one of its weights.
-    drawn = ("problem.drawn=q",) if A and name == "splitting" else ()
-    estimate = experiments.cost(asked(name, *one, *drawn))
-    assert 1 / 3 < estimate / seconds < 3
-
-
-@pytest.mark.parametrize("body", ["fig4", "generic", "long"])
-def test_asymptotic_orbits_are_estimated_without_a_map(
-    body: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """That takes a second, which a dry run should not; a first look takes some milliseconds."""
-    monkeypatch.setattr(levels, "return_map", Mock(side_effect=AssertionError))
-    given = zip(("A", "r", "mu", "h"), BODIES[body], strict=True)
-    config = asked("asymptotic_orbits", *(f"problem.{key}={value}" for key, value in given))
-    assert experiments.cost(config) > 0.3
+def by_body() -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """Configs, with settings, and the seconds of those above."""
+    for (name, *keys), times in TIMES.items():
+        for (body, *values), seconds in times.items():
+            given = zip(("A", "r", "mu", *keys), (*BODIES[body], *values), strict=True)
+            yield name, tuple(f"problem.{key}={value}" for key, value in given), seconds
+    for name, several in (("precession", PRECESSION), ("splitting", SPLITTING)):
+        for body, seconds in several.items():
+            A, r, *_ = BODIES.get(body, ("", ""))
+            one = (f"problem.bodies={{q: {{A: {A}, r: {r}}}}}",) if A else ()
+            # The splitting draws one of its bodies, the precession one of its weights.
+            drawn = ("problem.drawn=q",) if A and name == "splitting" else ()
+            yield name, (*one, *drawn), seconds
 
 
 NEAR = "problem.bodies={near: [0.37, 0.2, 0.3699]}"
+CASES = [
+    *by_body(),
+    # Surfaces of nearly symmetric bodies have a hundred times as many samples.
+    ("fig3", (), 0.57),
+    ("fig3", (NEAR, "problem.theta2_0={start: 0, step: 0.01, count: 600}"), 5.96),
+    ("fig3", (NEAR.replace("0.3699", "0.369999"),), 3.65),
+    ("fig3", ("problem.theta2_0={start: 0, step: 0.003, count: 2000}",), 12.15),
+    # No precision resolves what pairs of doubles may.
+    (
+        "splitting",
+        (
+            "problem.bodies={q: {A: [2, 1, 1.0017], r: [1, 1, 0]}}",
+            "problem.drawn=q",
+            "problem.mu=[1e-5, 1e-4, 1e-3]",
+        ),
+        0.9,
+    ),
+    # One row of twelve takes most: its body is nearly symmetric.
+    (
+        "route_map",
+        (
+            "problem.A=[2.214, 1.528, 2.042]",
+            "problem.r=[0.862, 0.507, 0]",
+            "problem.mu=0.00615",
+            "problem.h0=1.2815",
+            "problem.J1_0=4.72e-12",
+            "problem.zooms={}",
+            "problem.theta2_0.count=60",
+            "problem.rows={axis: alpha0, ends: [0.05, 3], count: 12}",
+        ),
+        1.8,
+    ),
+]
 
 
-@pytest.mark.parametrize(
-    ("name", "settings", "seconds"),
-    [
-        # Surfaces of nearly symmetric bodies have a hundred times as many samples.
-        ("fig3", (), 0.57),
-        ("fig3", (NEAR, "problem.theta2_0={start: 0, step: 0.01, count: 600}"), 5.96),
-        ("fig3", (NEAR.replace("0.3699", "0.369999"),), 3.65),
-        ("fig3", ("problem.theta2_0={start: 0, step: 0.003, count: 2000}",), 12.15),
-        # No precision resolves what pairs of doubles may.
-        (
-            "splitting",
-            (
-                "problem.bodies={q: {A: [2, 1, 1.0017], r: [1, 1, 0]}}",
-                "problem.drawn=q",
-                "problem.mu=[1e-5, 1e-4, 1e-3]",
-            ),
-            0.9,
-        ),
-        # One row of twelve takes most: its body is nearly symmetric.
-        (
-            "route_map",
-            (
-                "problem.A=[2.214, 1.528, 2.042]",
-                "problem.r=[0.862, 0.507, 0]",
-                "problem.mu=0.00615",
-                "problem.h0=1.2815",
-                "problem.J1_0=4.72e-12",
-                "problem.zooms={}",
-                "problem.theta2_0.count=60",
-                "problem.rows={axis: alpha0, ends: [0.05, 3], count: 12}",
-            ),
-            1.8,
-        ),
-    ],
-    ids=str,
-)
-def test_settings_take_a_third_to_thrice_the_estimate(
-    name: str, settings: tuple[str, ...], seconds: float
+@pytest.mark.parametrize(("name", "settings", "seconds"), CASES, ids=str)
+def test_experiments_take_a_third_to_thrice_the_estimate(
+    name: str, settings: tuple[str, ...], seconds: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Without a map: that takes a second, which a dry run should not."""
+    monkeypatch.setattr(levels, "return_map", Mock(side_effect=AssertionError))
     estimate = experiments.cost(asked(name, *settings))
     assert 1 / 3 < estimate / seconds < 3
 

@@ -252,7 +252,9 @@ def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
         asked("full_shift"), {**data, **({"approach": data["sets"]} if approached else {})}
     )
     assert cones.call_args.args[0] == ["of a set", *([] if approached else ["of the line"])]
-    assert found.theta2 == ((1.0, 2.0) if approached else None)
+    assert found.theta2 == (1.0, 2.0)
+    # Of the image of the approach's last set, which is none of a strip of starts, C9 is not asked.
+    assert found.doubts == ("", "", "C9: the starts come to the sets by an approach" * approached)
 
 
 @pytest.mark.parametrize(
@@ -266,7 +268,7 @@ def test_a_theorem_names_the_energies_for_which_it_holds(
     energies: dict[str, Any], words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     nothing: Any = None
-    proven = proof.Proven([], [], nothing, [], [], None, ("", "", ""))
+    proven = proof.Proven([], [], nothing, [], [], (1.0, 2.0), ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
     config = asked("full_shift")
     config = config.model_copy(update={"problem": config.problem.model_copy(update=energies)})
@@ -279,13 +281,15 @@ def test_symbols_of_sets_are_those_of_their_orbits(monkeypatch: pytest.MonkeyPat
     """The proof does not use them, but tables and figures show them."""
     nothing: Any = None
     arrivals: Any = [Mock(right=right) for right in (True, False)]
-    proven = proof.Proven(arrivals, [[]], nothing, [], [], None, ("", "", ""))
+    proven = proof.Proven(arrivals, [[]], nothing, [], [1], (1.0, 2.0), ("", "", ""))
     monkeypatch.setattr(full_shift, "checked", lambda *_: proven)
     config = asked("full_shift")
-    said = full_shift.theorems(config, {"sets": {"symbol": np.array([1, 0])}})
+    right, wrong = {"symbol": np.array([1, 0])}, {"symbol": np.array([1, 1])}
+    said = full_shift.theorems(config, {"sets": right, "approach": {"symbol": np.array([1])}})
     assert said[0].startswith("0 covering relations hold")
-    with pytest.raises(ArithmeticError, match="the symbols of the sets are not those"):
-        full_shift.theorems(config, {"sets": {"symbol": np.array([1, 1])}})
+    for data in ({"sets": wrong}, {"sets": right, "approach": {"symbol": np.array([0])}}):
+        with pytest.raises(ArithmeticError, match="the symbols of the sets are not those"):
+            full_shift.theorems(config, data)
 
 
 @pytest.mark.slow
@@ -351,3 +355,15 @@ def test_images_are_drawn_upon_the_sets_that_they_cross() -> None:
         images = [order for pale, order in drawn[:4] if pale]
         assert len(sets) == len(images) == 2
         assert max(sets) < min(images)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [({}, "starts on a line"), ({"approach": {}}, "middle of the approach's image")],
+)
+def test_a_line_behind_an_approach_is_not_said_to_be_that_of_starts(
+    more: dict[str, Any], said: str
+) -> None:
+    result = reference("full_shift")
+    [legend] = draw.draw({**result, "data": {**result["data"], **more}}).legends
+    assert legend.get_texts()[-1].get_text() == said

@@ -15,8 +15,9 @@ PLANE = (
 """A plane whose config gives columns."""
 REFUSED = {
     "asymptotic_orbits": {
-        "problem.J1_0=1e-281": "problem.J1_0: expected 1e-280 to less than J2_0/2, got 1e-281",
-        "problem.J1_0=0.7074": "problem.J1_0: expected 1e-280 to less than J2_0/2, got 0.7074",
+        "problem.h=0.001": "problem.h: h > mu is broken: h = 0.001, mu = 0.001",
+        "problem.J1_0=1e-281": "problem.J1_0: expected 1e-280 to less than J2_0/2 = 0.7073, got 1",
+        "problem.J1_0=0.7074": "problem.J1_0: expected 1e-280 to less than J2_0/2 = 0.7073, got 0",
     },
     "bench": {
         "problem.methods=[scipy_dop854]": "problem.methods: no such method: 'scipy_dop854'",
@@ -69,7 +70,7 @@ REFUSED = {
         "problem.between=[4.7, 47/10]": "the smaller one first, got 4.7 and 47/10",
         "problem.between=[4.8, 4.7]": "expected two phases, the smaller one first, got 4.8 and 4.7",
         "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
-        "problem.step=0": "step must be greater than 0, got 0",
+        "problem.step=0": "problem.step: step must be greater than 0, got 0",
         "problem.step=1e-190": "the last level's step would be 1e-201, below 1e-200",
         "problem.factor=1.999": "factor must be from 2 to 1000000, in at most 40 characters",
         "problem.factor=1000001": "factor must be from 2 to 1000000",
@@ -144,6 +145,7 @@ def test_what_has_no_meaning_is_refused_where_it_is_written(name: str, setting: 
     settings = re.split(r" (?=problem\.|numerics\.)", setting)
     [found] = refused(catalogue.known()[name], settings)
     assert REFUSED[name][setting] in str(found)
+    assert ": problem: " not in str(found), "of a key, not of the whole section"
 
 
 ACCEPTED = {

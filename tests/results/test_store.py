@@ -6,8 +6,6 @@ import json
 import os
 import random
 import shutil
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -34,6 +32,7 @@ from rigidpend.machine import files
 from rigidpend.machine.files import StoreError
 from rigidpend.results import damage, store, structure
 from rigidpend.results.store import OtherVersion
+from tests.processes import python
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
 TIMES = np.linspace(0.0, 1.0, 70).reshape(7, 10)
@@ -372,8 +371,7 @@ print(warnings.filters == before)
 
 
 def test_warnings_of_other_threads_are_shown_while_a_file_is_read() -> None:
-    given = [sys.executable, "-W", "always", "-c", FORKING]
-    done = subprocess.run(given, capture_output=True, text=True, check=True)
+    done = python(Path.cwd(), "-W", "always", "-c", FORKING)
     [said] = [line for line in done.stderr.splitlines() if "Warning: " in line]
     assert said.endswith("of another thread")
     assert done.stdout == "True\n"

@@ -114,6 +114,19 @@ def test_an_orbit_that_two_computations_see_stay_is_computed_no_more(
             assert again or found.certain[:, 0].tolist() == [True, False, False]
 
 
+@pytest.mark.parametrize("most", [1, 2])
+def test_an_orbit_that_takes_too_many_steps_is_computed_in_no_more_bits(most: int) -> None:
+    asked: list[int] = []
+
+    def compute(bits: int, *_: Any) -> Crossings:
+        asked.append(bits)
+        return ended(outcome=Outcome.TOO_LONG)
+
+    found = decide(compute, 1, RATE, ladder({53: most, 64: most, 106: most}))
+    assert asked == [53] * most
+    assert found.certain[:, 0].tolist() == [most == 2, False, False]
+
+
 class Noted:
     """Computations of columns, whose crossings are late; it writes down what it is asked.
 

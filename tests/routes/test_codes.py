@@ -36,7 +36,7 @@ def test_orbits_tell_how_far_they_have_come(monkeypatch: pytest.MonkeyPatch) -> 
     said: list[str] = []
     with workers.listening(said.append):
         codes("1/10", n_symbols=3, method="integration")
-    times = [float(x) for line in said for x in re.findall(r"at t' = (\S+) of", line)]
+    times = [float(x) for line in said for x in re.findall(r"at t' = (\S+);", line)]
     assert len(times) > 1
     assert min(times) > 1
 

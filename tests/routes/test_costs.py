@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -189,6 +190,31 @@ def test_slow_orbits_come_with_the_reason_where_they_make_all_slow() -> None:
         # Less than a second in all, and 0.1 ms of each of all.
         costs.warned(problem(), 10, 10, each / 1.2, "because")
         costs.warned(problem(), 10, int(1.01 * many), each, "because")
+
+
+@pytest.mark.parametrize(
+    ("asymmetry", "mu", "never"),
+    [
+        ("3e-6", "1e-4", False),
+        ("1e-6", "1e-4", True),
+        ("1e-11", "3e-3", True),
+        # Gravity lets heavy ones return.
+        ("1e-11", "3e-2", False),
+    ],
+)
+def test_a_body_too_nearly_symmetric_is_told_first_and_is_quick(
+    asymmetry: str, mu: str, never: bool
+) -> None:
+    A = 2, 2 * (1 - Fraction(asymmetry)), 2 - Fraction(asymmetry)
+    asked = problem(Body(A, (1, 1, 0), mu), h0="1", n_symbols=5)
+    with warnings.catch_warnings(record=True, action="always") as told:
+        costs.warned_of_none(asked)
+    assert [str(x.message).partition(":")[0] for x in told] == [
+        "all symbols stay uncertain"
+    ] * never
+    # Measured at 1e-11: 3 s, for one orbit or eight; it took minutes.
+    assert (costs.integration(asked) < 1) is never
+    assert costs.integration(asked) < 100
 
 
 def test_without_weight_an_orbit_is_short() -> None:

@@ -476,6 +476,8 @@ def test_maps_by_name_have_no_tables_that_take_minutes_beyond_doubles(
         (2, {FIRST: 1.01 * mapped.LEAST_APART, SECOND: 0.1}, [SECOND]),
         (2, {FIRST: 0.1, SECOND: 0.99 * mapped.LEAST_APART}, []),
         (1, {FIRST: 1.0, SECOND: 2.0}, []),
+        # The shortest of three is made here too, after the longest.
+        (2, {FIRST: 1.0, SECOND: 3.0, THIRD: 2.0}, [THIRD]),
     ],
 )
 def test_tables_share_what_they_may_cost_and_the_longest_is_made_here_the_other_beside_it(
@@ -489,10 +491,11 @@ def test_tables_share_what_they_may_cost_and_the_longest_is_made_here_the_other_
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: expected[x[-1]])
     monkeypatch.setattr(mapped, "build_apart", lambda *x: there.append(x[-2:]))
+    orbits = mapped.THIRDS if THIRD in expected else 1
     for budget in (0.99 * total, 8.0):
         monkeypatch.setattr(costs, "budget", lambda *_, budget=budget: budget)
         with contextlib.suppress(MapError):
-            mapped.Maps(run(jobs=jobs), least_time=True)
+            mapped.Maps(run(jobs=jobs, task_orbits=orbits), least_time=True)
     shares = {design: 8.0 * (each / total) for design, each in expected.items()}
     assert {x[1:] for x in asked} == set(shares.items())
     assert there == [(design, shares[design]) for design in apart]

@@ -81,43 +81,40 @@ class Proving(Exception):
 
 
 @pytest.mark.parametrize(
-    ("setting", "code", "anew"),
-    [("problem.mu=0.001", "", False), ("problem.J1_0=1e-9", "", True), ("figure=4", "x", True)],
+    ("setting", "code", "moved", "force", "anew"),
+    [
+        ("problem.mu=0.001", "", 0, False, False),
+        ("problem.J1_0=1e-9", "", 0, False, True),
+        ("figure=4", "x", 0, False, True),
+        # As where the centres of a zoom, which only its result tells, are others.
+        ("figure=4", "", 1, False, True),
+        ("figure=4", "", 0, True, True),
+    ],
 )
-def test_only_another_problem_or_other_code_is_proven_anew(
+def test_only_other_orbits_or_other_code_are_proven_anew_unless_it_is_asked_for(
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     setting: str,
     code: str,
+    moved: int,
+    force: bool,
     anew: bool,
 ) -> None:
     (tmp_path / FILE).write_bytes((folder / FILE).read_bytes())
     config = loading.load(written(tmp_path, TINY, "tiny.yaml"), [setting])
+    of = certificates.orbits(config, tmp_path)
+    orbits = {
+        name: (problem, [x + moved for x in phases]) for name, (problem, phases) in of.items()
+    }
+    monkeypatch.setattr(certificates, "orbits", lambda *_: orbits)
     monkeypatch.setattr(certificates, "Parts", Mock(side_effect=Proving))
     if code:
         monkeypatch.setattr(certificates, "code_hash_of", lambda _: code)
     told: list[str] = []
     with pytest.raises(Proving) if anew else contextlib.nullcontext():
-        certificates.certify(config, tmp_path, jobs=1, report=told.append)
+        certificates.certify(config, tmp_path, jobs=1, report=told.append, force=force)
     assert ["is up to date" in line for line in told] == [True] * (not anew)
-
-
-def test_a_certificate_of_other_phases_is_made_anew(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As where the centres of a zoom, which only its result tells, are others."""
-    (tmp_path / FILE).write_bytes((folder / FILE).read_bytes())
-    config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
-    of = certificates.orbits(config, tmp_path)
-    moved = {name: (problem, [x + 1 for x in phases]) for name, (problem, phases) in of.items()}
-    monkeypatch.setattr(certificates, "Parts", parts := Mock(side_effect=Proving))
-    for routes, force in ((moved, False), (of, True)):
-        monkeypatch.setattr(certificates, "orbits", lambda *_, routes=routes: routes)
-        with pytest.raises(Proving):
-            certificates.certify(config, tmp_path, jobs=1, report=tell_nobody, force=force)
-    one, other = (call.args[1] for call in parts.call_args_list)
-    assert one != other, "nor do parts of an interrupted run count"
 
 
 def test_each_orbit_that_is_not_wholly_proven_is_named_with_its_reason() -> None:
@@ -132,8 +129,8 @@ def test_each_orbit_that_is_not_wholly_proven_is_named_with_its_reason() -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("first", "then", "left"), [(1, 2, [1]), (2, 1, [])])
-def test_what_one_process_has_begun_several_finish_and_the_reverse(
+@pytest.mark.parametrize(("first", "then", "left"), [(1, 2, [1]), (2, 1, []), (0, 2, [1])])
+def test_what_one_process_several_or_a_cluster_have_begun_others_finish(
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -141,27 +138,15 @@ def test_what_one_process_has_begun_several_finish_and_the_reverse(
     then: int,
     left: list[int],
 ) -> None:
-    """One keeps each orbit by itself, several keep some together; none is proven again."""
+    """One keeps each orbit by itself, several keep some together, a cluster in any order.
+
+    None is proven again.
+    """
     config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
 
     def stop(line: str) -> None:
         if isinstance(line, PartDone) and "orbits" in line:
             raise Proving
-
-    with pytest.raises(Proving):
-        certificates.certify(config, tmp_path, jobs=first, report=stop)
-    monkeypatch.setattr(codes, "proven_codes", proven := Mock(wraps=codes.proven_codes))
-    certificates.certify(config, tmp_path, jobs=then, report=tell_nobody)
-    assert [len(call.args[1]) for call in proven.call_args_list] == left
-    ours, whole = (storage.read(x / FILE)["data"]["only"] for x in (tmp_path, folder))
-    assert ours["theta2_0"].tolist() == whole["theta2_0"].tolist()
-
-
-@pytest.mark.slow
-def test_what_came_from_a_cluster_before_its_turn_is_not_proven_again(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
 
     def lost(*given: Any) -> Any:
         *_, parts, pieces, _ = given
@@ -169,11 +154,12 @@ def test_what_came_from_a_cluster_before_its_turn_is_not_proven_again(
         raise Proving
 
     monkeypatch.setattr(cluster, "computed", lost)
+    how: Any = {"jobs": first} if first else {"jobs": 1, "scheduler": "head:8786"}
     with pytest.raises(Proving):
-        certificates.certify(config, tmp_path, jobs=1, report=tell_nobody, scheduler="head:8786")
+        certificates.certify(config, tmp_path, report=stop, **how)
     monkeypatch.setattr(codes, "proven_codes", proven := Mock(wraps=codes.proven_codes))
-    certificates.certify(config, tmp_path, jobs=2, report=tell_nobody)
-    assert [len(call.args[1]) for call in proven.call_args_list] == [1]
+    certificates.certify(config, tmp_path, jobs=then, report=tell_nobody)
+    assert [len(call.args[1]) for call in proven.call_args_list] == left
     ours, whole = (storage.read(x / FILE)["data"]["only"] for x in (tmp_path, folder))
     assert ours["theta2_0"].tolist() == whole["theta2_0"].tolist()
 

@@ -1,7 +1,5 @@
 """Doubly asymptotic orbits with short codes, and the gain of theta3 along them."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from rigidpend.experiments.compare import of_largest, stated

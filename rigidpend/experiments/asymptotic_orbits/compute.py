@@ -1,7 +1,5 @@
 """Experiment `asymptotic_orbits`: homoclinic and heteroclinic orbits with short codes."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from functools import partial
@@ -64,10 +62,9 @@ def compute(config: Config, means: Means) -> Tree:
         if not rough.b.size:
             said = f"passages of at most half_turns = {problem.half_turns} half rotations"
             least = least_half_turns(level, problem.symbols, problem.half_turns)
-            raise NoOrbit(
-                f"no orbit with {counted(n, 'symbol')} has only {said}: allow {least or 'more'},"
-                " or fewer symbols"
-            )
+            # No number is found in the Hess case, where more of them do not help.
+            mend = f"allow {least}, or fewer symbols" if least else "allow fewer symbols"
+            raise NoOrbit(f"no orbit with {counted(n, 'symbol')} has only {said}: {mend}")
         name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))
         means.report(f"{counted(n, 'symbol')}: {counted(len(orbits.b), 'orbit')}")
         lengths[name] = means.part(

@@ -1,7 +1,5 @@
 """Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, by height, and as hodographs."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 
@@ -21,7 +19,9 @@ HEIGHT = 5.4
 ENDS = {"heteroclinic": plots.BLUE, "homoclinic": plots.RED}
 CURVES = (plots.BLUE, plots.RED, plots.GREEN, plots.PINK)
 STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (1, 4)))
-"""Line styles of the sampled orbits, which show each orbit where several coincide."""
+"""Line styles of the sampled orbits, which show each orbit where several coincide.
+
+No legend names the lines, for it would hide some: their colours are those of the hodographs."""
 SHADES = ListedColormap(["0.35", "white", "0.85"])
 """Colours of symbols 0 and 1 and of no return, light enough for the skeleton drawn over them."""
 
@@ -71,17 +71,14 @@ def _draw_plane(axes: Axes, data: Data) -> None:
 
 
 def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
-    for (name, curve), colour, style in zip(drawn, CURVES, STYLES, strict=False):
+    for (_, curve), colour, style in zip(drawn, CURVES, STYLES, strict=False):
         theta1, height = curve["theta1"] / np.pi, curve["J1_over_J2"]
         # theta1 is modulo 4 pi; NaN breaks the line where it jumps from one end to the other.
         broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
         theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
-        axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_counted(name))
+        axes.plot(theta1, height, color=colour, ls=style, lw=1.2)
     axes.set(xlim=(0, 4), ylim=(-0.02, 1.02), xlabel=r"$\theta_1/\pi$")
     axes.set_ylabel(plots.axis_label(DRAWN["J1_over_J2"]))
-    # The lines of some bodies pass behind it.
-    opaque: Any = {"frameon": True, "framealpha": 1, "edgecolor": "none"}
-    axes.legend(fontsize=7, loc="center right", handlelength=2.4, **opaque)
     plots.title(axes, "b", "the sampled orbits")
 
 

@@ -1,12 +1,10 @@
 """The config of `experiment: asymptotic_orbits`: doubly asymptotic orbits with short codes."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigidpend.config.bodies import HeavyBody
+from rigidpend.config.bodies import BodyAtEnergy
 from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, Whole
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.routes.problem import RouteProblem
@@ -15,11 +13,9 @@ LEAST_J1_0 = 1e-280
 """Least J1_0."""
 
 
-class Problem(HeavyBody):
+class Problem(BodyAtEnergy):
     """A heavy body, and limits on the doubly asymptotic orbits that are sought."""
 
-    h: Number
-    """Energy of all orbits (eq. h0_new), h > mu; physical units, as mu."""
     J1_0: Number
     """Action at which theta2_0 of an orbit is stated, dimensionless, 1e-280 to J2_0/2, small."""
     symbols: Annotated[Whole, Field(ge=0, le=8)]
@@ -27,7 +23,7 @@ class Problem(HeavyBody):
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
     """Largest number of half rotations in a passage."""
     drawn: Annotated[Whole, Field(ge=0, le=4)]
-    """Number of orbits that are sampled: one with no symbol, one with one, and so on."""
+    """Number of orbits that are sampled: with no symbol, one, and so on up to `symbols`."""
     columns: Annotated[Whole, Field(ge=10, le=10_000)]
     """Phases of the route codes over which the orbits are drawn."""
 
@@ -39,8 +35,9 @@ class Problem(HeavyBody):
     @model_validator(mode="after")
     def _allowed(self) -> Self:
         # Orbits start at a far smaller J1 yet, which must be a normal double.
-        if not LEAST_J1_0 <= float(self.J1_0) < float(self.routes.J2_0(53)) / 2:
-            said = f"expected {LEAST_J1_0:g} to less than J2_0/2, got {self.J1_0}"
+        most = float(self.routes.J2_0(53)) / 2
+        if not LEAST_J1_0 <= float(self.J1_0) < most:
+            said = f"expected {LEAST_J1_0:g} to less than J2_0/2 = {most:.4g}, got {self.J1_0}"
             raise ParameterError("J1_0", said)
         return self
 

@@ -1,7 +1,5 @@
 """Asymptotic surfaces (stable, unstable manifolds) of several bodies: Fig. 3 and Table 1."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Experiment `asymptotic_surfaces`: S1- and S2+ beside separatrix 2, with Table 1 (Fig. 3)."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The surfaces of Fig. 3: S2+ above, S1- below, a column for each body."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -24,8 +24,6 @@ has no events; torchdiffeq and torchode bring PyTorch; numbakit-ode offers DOP85
 desolver steps in plain Python; nodepy is not meant to be fast; CasADi calls CVODE.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigidpend.experiments.data import ANY, Field, Layout, double, text

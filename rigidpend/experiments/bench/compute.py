@@ -4,8 +4,6 @@ Workers measure, each in a process of its own: with fresh memory, cold caches, a
 limited to one thread. A worker runs a generator of `measure` and sends each line at once.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import tempfile

@@ -3,8 +3,6 @@
 CyRK's events call Python, so crossings are searched in its dense output, as users of numba do.
 """
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

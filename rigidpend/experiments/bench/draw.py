@@ -1,7 +1,5 @@
 """Figure of the benchmark: times by body, time against error, and wrong symbols."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

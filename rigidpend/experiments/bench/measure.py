@@ -11,8 +11,6 @@ the machine slows all of them: ratios come only from the meeting. Randomly drawn
 Each of these is a generator of lines: dictionaries of numbers and lists, which processes exchange.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import statistics

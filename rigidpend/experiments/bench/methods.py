@@ -3,8 +3,6 @@
 This module imports nothing that computes, because tables and figures read it too.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

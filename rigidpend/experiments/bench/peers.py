@@ -11,8 +11,6 @@ and its events.
 Each library is imported where it is used, because it may not be installed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial

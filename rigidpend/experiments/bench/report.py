@@ -5,8 +5,6 @@ meeting alone: the median over the rounds of a method's time divided by that of 
 same round.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator

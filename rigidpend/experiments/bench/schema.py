@@ -1,7 +1,5 @@
 """The config of `experiment: bench`: speed and error beside other methods."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import AfterValidator, Field

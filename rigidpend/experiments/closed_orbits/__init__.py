@@ -1,7 +1,5 @@
 """Closed orbits by their codes, with multipliers and actions."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from rigidpend.experiments.compare import relative, stated

@@ -1,7 +1,5 @@
 """Experiment `closed_orbits`: the periodic orbits of all words, and averages over all of them."""
 
-from __future__ import annotations
-
 import math
 from itertools import zip_longest
 

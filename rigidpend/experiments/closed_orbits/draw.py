@@ -1,7 +1,5 @@
 """Exponents of closed orbits by the length of their words, and convergence of averages."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

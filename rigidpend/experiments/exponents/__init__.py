@@ -1,7 +1,5 @@
 """Finite-time Lyapunov exponents over a plane of initial phase and action."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

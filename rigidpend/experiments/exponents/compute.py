@@ -1,7 +1,5 @@
 """Experiment `exponents`: the growth of deviations over a plane of initial phases and actions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from typing import Any

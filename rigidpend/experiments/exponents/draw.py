@@ -1,7 +1,5 @@
 """Finite-time exponents over a plane, their spread, and a check of some of them."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

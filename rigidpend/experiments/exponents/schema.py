@@ -1,7 +1,5 @@
 """The config of `experiment: exponents`: finite-time exponents over a plane of initial values."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator

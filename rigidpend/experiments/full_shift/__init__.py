@@ -1,7 +1,5 @@
 """Sets that passages stretch across each other: a proof that every code occurs."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -234,7 +234,8 @@ def _values(family: Family, u: Array, v: Array) -> Array:
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves; it is checked again without integration."""
     proven = checked(config, data)
-    if data["sets"]["symbol"].tolist() != _symbols(proven):
+    symbols = {"sets": _symbols(proven), "approach": proven.symbols}
+    if any(data[name]["symbol"].tolist() != symbols[name] for name in symbols if name in data):
         raise ArithmeticError("the symbols of the sets are not those of the orbits from them")
     count, energies = sum(map(len, proven.relations)), data.get("energies")
     also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
@@ -251,12 +252,10 @@ def theorems(config: Config, data: Data) -> list[str]:
 
 def _of_starts(proven: Proven) -> str:
     """The sentence on the codes of a line of starts."""
-    every = "every one-sided sequence is a start's code"
-    if proven.theta2 is None:
-        return f"the line of starts crosses the upward sets: {every}"
     word, starts = "".join(map(str, proven.symbols)), sections.words_on_phases(*proven.theta2)
-    after = f"crosses the sets after the symbols {word}: {every} behind these"
-    return f"a line of starts with {starts} {after}"
+    after, behind = (f" after the symbols {word}", " behind these") if word else ("", "")
+    every = f"every one-sided sequence is a start's code{behind}"
+    return f"a line of starts with {starts} crosses the sets{after}: {every}"
 
 
 def cost(config: Config) -> float:

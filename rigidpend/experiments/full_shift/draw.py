@@ -4,8 +4,6 @@ The figure shows sets and images as a horseshoe is drawn, at two scales, because
 thin. The tables list the covering relations, each with the margins by which it holds.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math
@@ -57,7 +55,12 @@ def draw(result: Loaded) -> Figure:
     entries = [
         *(entry(f"set of symbol {k}", color=COLOUR[k], lw=4) for k in (0, 1)),
         *(entry(f"image of set {k}", color=COLOUR[k], lw=4, alpha=0.4) for k in (0, 1)),
-        entry("starts on a line", color="0.2", lw=0.8),
+        entry(
+            # Starts of an approach lie about it, in the image of the last set on their way.
+            "middle of the approach's image" if "approach" in data else "starts on a line",
+            color="0.2",
+            lw=0.8,
+        ),
     ]
     figure.legend(handles=entries, loc="outside lower center", ncols=5, fontsize=7.5)
     return figure

@@ -1,7 +1,5 @@
 """Check of a stored full shift, without integration: its sets, line of starts and theorems."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable
@@ -31,8 +29,8 @@ class Proven(NamedTuple):
     """The relations of the line, or of the last set of its approach."""
     symbols: list[int]
     """The symbols of the approach."""
-    theta2: tuple[float, float] | None
-    """Bounds on theta2_0 of the starts, radians; None without an approach."""
+    theta2: tuple[float, float]
+    """Bounds on theta2_0 of the starts, radians."""
     doubts: tuple[str, str, str]
     """Reasons for which Theorems 3, 4 and 8 are undecided; empty texts where they are proven."""
 
@@ -59,9 +57,11 @@ def checked(config: Config, data: Data) -> Proven:
     cones = [*itertools.chain(*relations), *([] if before else crossed)]
     cone = _doubt(coverings.prove_cones, cones)
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
-    of_line = starts, links[0][1], start
-    crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
-    theta2 = sections.phases(numbers, starts, links[0][1]) if before else None
+    crossing = "C9: the starts come to the sets by an approach"
+    if not before:
+        of_line = starts, links[0][1], start
+        crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
+    theta2 = sections.phases(numbers, starts, links[0][1])
     # Theorem 8 needs C7 and C8 as well.
     doubts = cone, middle, cone or middle or crossing
     return Proven(arrivals, relations, start, crossed, list(map(int, symbols)), theta2, doubts)

@@ -1,7 +1,5 @@
 """The config of `experiment: full_shift`: a proof that every code occurs."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator

@@ -1,7 +1,5 @@
 """Perturbed herpolhodes along published routes: Fig. 5."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Experiment `herpolhodes`: the angular velocity in space along a route (Fig. 5)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

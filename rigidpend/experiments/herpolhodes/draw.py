@@ -1,7 +1,5 @@
 """Fig. 5: alpha(t) over the separatrices of a route, and the spiral (omega_zeta, omega_xi)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
@@ -131,8 +129,8 @@ def _legend(cases: Data) -> list[Line2D]:
 
 CAPTION = (
     "The angle of precession stays at a plateau, swings as the orbit goes along a separatrix, and"
-    " goes on to the next plateau, as (tri1) predicts. Beside it the curve of the angular velocity"
-    " in a horizontal plane."
+    " goes on to the next plateau, as (tri1) predicts for a small weight. Beside it the curve of"
+    " the angular velocity in a horizontal plane."
 )
 
 FIGURE = "5"

@@ -1,7 +1,5 @@
 """The heteroclinic cycle of separatrices and pendulum motions: Fig. 2."""
 
-from __future__ import annotations
-
 from rigidpend.experiments.compare import ROUNDING
 from rigidpend.experiments.data import double, flag, held, text, whole
 

@@ -1,7 +1,5 @@
 """Experiment `heteroclinic_cycle`: the graph of periodic orbits and separatrices (Fig. 2)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

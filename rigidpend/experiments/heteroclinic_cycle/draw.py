@@ -1,7 +1,5 @@
 """Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2)."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

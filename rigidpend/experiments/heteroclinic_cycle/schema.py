@@ -1,7 +1,5 @@
 """The config of `experiment: heteroclinic_cycle`: the graph of the separatrices (Fig. 2)."""
 
-from __future__ import annotations
-
 from rigidpend.config.bodies import UnweightedBody
 from rigidpend.config.schema import ExperimentConfig
 

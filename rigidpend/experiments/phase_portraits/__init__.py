@@ -1,7 +1,5 @@
 """Phase portraits of the free body, on the sphere and in the plane: Fig. 1."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Experiment `phase_portraits`: the Euler case on the sphere and in the plane (Fig. 1)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

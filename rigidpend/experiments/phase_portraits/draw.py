@@ -1,7 +1,5 @@
 """Fig. 1: the Euler case on the sphere of M, hidden parts lighter, and in (theta1, J1/J2)."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any, NamedTuple
 

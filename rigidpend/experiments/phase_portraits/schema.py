@@ -1,7 +1,5 @@
 """The config of `experiment: phase_portraits`: orbits of the Euler case (Fig. 1)."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Increments of theta3 along the separatrices: full dynamics beside the first order."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

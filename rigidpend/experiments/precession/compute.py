@@ -1,7 +1,5 @@
 """Experiment `precession`: increments of theta3 along the separatrices, true and by (tri1)."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Increments of theta3 along the separatrices: the orders of (trieq), the remainders of (tri1)."""
 
-from __future__ import annotations
-
 from itertools import cycle
 from typing import Any
 

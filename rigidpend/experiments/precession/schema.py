@@ -1,7 +1,5 @@
 """The config of `experiment: precession`: increments of theta3 along the separatrices."""
 
-from __future__ import annotations
-
 from typing import Self
 
 from pydantic import model_validator

@@ -1,7 +1,5 @@
 """Binary route codes over initial phases: Fig. 4."""
 
-from __future__ import annotations
-
 from rigidpend.experiments.compare import ROUNDING
 from rigidpend.experiments.data import ANY, Layout, double, flag
 from rigidpend.experiments.shared import MEANING

@@ -1,7 +1,5 @@
 """Experiment `route_codes`: arrays of binary route codes over the initial phase (Fig. 4)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The config of `experiment: route_codes`: orbits on S1- and their symbols (Fig. 4)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator

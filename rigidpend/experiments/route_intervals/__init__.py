@@ -1,7 +1,5 @@
 """Intervals of initial phases on which all orbits are proven to have the same first symbols."""
 
-from __future__ import annotations
-
 from rigidpend.experiments.data import Layout, double, whole
 from rigidpend.experiments.shared import CODES, MEANING, STEPS
 

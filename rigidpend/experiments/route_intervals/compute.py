@@ -1,7 +1,5 @@
 """Experiment `route_intervals`: symbols proven for whole intervals of starts, not for points."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction

@@ -3,8 +3,6 @@
 A table has the shares of the line on which the first symbols are proven.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The config of `experiment: route_intervals`: the line of Fig. 4's starts, cut into intervals."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator

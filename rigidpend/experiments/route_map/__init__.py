@@ -1,7 +1,5 @@
 """Route codes over a plane of two parameters."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -5,8 +5,6 @@ changes the body or the energy, each of its values gives an array of cells, comp
 integration, whichever is faster for that number of cells. If both do, every cell is integrated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """Planes of route codes: the word as colour, the changes of its first symbols as lines."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """The config of `experiment: route_map`: codes over a plane of two parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import product
 from typing import Annotated, Any, Literal, Self

@@ -1,7 +1,5 @@
 """Magnifications of Fig. 4 about a change of a symbol."""
 
-from __future__ import annotations
-
 from rigidpend.experiments.compare import ROUNDING, relative
 from rigidpend.experiments.data import ANY, Layout, double, text, whole
 from rigidpend.experiments.shared import MEANING, TIME_GAP, crossed

@@ -6,8 +6,6 @@ course depends on the phase at that moment. So a zoom by exp(pi^2/nu), which add
 shows the same rows above i again, at any depth.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Sequence

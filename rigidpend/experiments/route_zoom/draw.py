@@ -1,7 +1,5 @@
 """Zooms into the arrays of Fig. 4, side by side; symbols new at a level are in colour."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from itertools import pairwise

@@ -1,14 +1,12 @@
 """The config of `experiment: route_zoom`: route codes around a change of symbol."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
-from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole
+from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole, holding
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 
@@ -30,7 +28,7 @@ class Problem(RouteStart):
     The smaller one comes first."""
     symbol: Annotated[Whole, Field(ge=1)] = 1
     """Number of the symbol that changes."""
-    step: Number
+    step: Annotated[Number, holding(lambda x: x > 0, "step must be greater than 0")]
     """Spacing of the columns at the first level, radians."""
     factor: Number = exact(100)
     """Factor by which each level is finer than the one before, dimensionless, 2 to 1000000.
@@ -48,23 +46,25 @@ class Problem(RouteStart):
                 "mu", "without a weight no orbit returns, no symbol changes: mu > 0"
             )
         if self.symbol > self.n_symbols:
-            raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
+            raise ParameterError(
+                "symbol", f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}"
+            )
         first, second = self.between
         if not float(second - first) > 0:
-            raise ValueError(
-                f"expected two phases, the smaller one first, got {first} and {second}"
+            raise ParameterError(
+                "between", f"expected two phases, the smaller one first, got {first} and {second}"
             )
-        if not float(self.step) > 0:
-            raise ValueError(f"step must be greater than 0, got {self.step}")
         quotient = str(self.factor.fraction or self.factor)
         if not 2 <= float(self.factor) <= 1e6 or len(quotient) > LONGEST:
             said = (
                 f"factor must be from 2 to 1000000, in at most {LONGEST} characters as a quotient"
             )
-            raise ValueError(f"{said}, got {self.factor}")
+            raise ParameterError("factor", f"{said}, got {self.factor}")
         finest = math.log10(float(self.step)) - (self.levels - 1) * math.log10(float(self.factor))
         if finest < FINEST:
-            raise ValueError(f"the last level's step would be 1e{finest:.0f}, below 1e{FINEST}")
+            raise ParameterError(
+                "levels", f"the last level's step would be 1e{finest:.0f}, below 1e{FINEST}"
+            )
         self.routes.afford(self.levels * self.count, "levels")
         return self
 

@@ -1,7 +1,5 @@
 """Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Experiment `splitting`: the distance of S1- and S2+ on J1 = J2/2, true and by Melnikov."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

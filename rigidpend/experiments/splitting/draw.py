@@ -1,7 +1,5 @@
 """Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The config of `experiment: splitting`: the distance of S1- and S2+, true and by Melnikov."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator

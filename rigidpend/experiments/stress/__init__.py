@@ -11,8 +11,6 @@ compute, draw
            the experiment: all trials in their order, stored, printed and drawn
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 from rigidpend.experiments.data import ANY, Field, Layout, double, text, whole

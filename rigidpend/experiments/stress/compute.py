@@ -1,7 +1,5 @@
 """Experiment `stress`: trials at the limits, each with a stated bound."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -4,8 +4,6 @@ Changes of sign are exact, so reflection and time reversal must hold bit for bit
 motion drift like a random walk of roundings.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import partial

@@ -3,8 +3,6 @@
 The report's tables count passed trials by kind and name failures; the command's list every claim.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

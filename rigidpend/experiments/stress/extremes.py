@@ -6,8 +6,6 @@ or beside a separatrix, with any M . gamma, makes one: doubles err as the variat
 predict. J1 and J2 - J1 are separate numbers, so that both may be as small as 1e-300.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

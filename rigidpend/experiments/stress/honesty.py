@@ -11,8 +11,6 @@ missed only if both formulations err alike. Some orbits go to 113 bits in any ca
 Orbits found from random codes and addresses of random bodies are read back by integration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Growth of errors from passage to passage, and the number of symbols decided, predicted first."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -4,8 +4,6 @@ Every step of an integrator rounds every component once. The variational equatio
 roundings along the orbit; they are independent, so their squares add. Nothing is fitted.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -4,8 +4,6 @@ A claim has its bound, and its known limit, before the run. The truth for double
 113 bits; for more bits it comes from integers.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence

@@ -16,8 +16,6 @@ bigint   Taylor series in integers, by FLINT          any; serves where
 An engine is imported when it is first used.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -42,9 +40,11 @@ class Outcome(IntEnum):
     NO_CROSSING = 2
     """No crossing came within the passage limit."""
     FAILED = 3
-    """The integrator gave up (step limit, a number that is not finite)."""
+    """The integrator gave up (a number that is not finite, an undecided touch)."""
     STAYS = 4
     """No crossing came within the passage limit, as two computations agree."""
+    TOO_LONG = 5
+    """No crossing came within the step limit, which more bits reach as well."""
 
 
 class Orbits(NamedTuple):

@@ -1,7 +1,5 @@
 """The arithmetic of a computation: engine, tolerance and precisions, resolved once."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

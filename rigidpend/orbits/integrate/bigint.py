@@ -7,8 +7,6 @@ known, one product adds all that they contribute to the other half (van der Hoev
 34 (2002), 479-542). Short ranges are summed term by term.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterator, Sequence

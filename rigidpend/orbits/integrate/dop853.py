@@ -4,8 +4,6 @@ Orbits advance side by side as one system, so that one Python call serves all of
 are done leave the system.
 """
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import numpy as np

@@ -6,8 +6,6 @@ to a sixteenth of the state, the sum of reference and difference is a state like
 engine follows the orbit from there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Zeros are isolated by exclusion and bisection, so that none is lost.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any

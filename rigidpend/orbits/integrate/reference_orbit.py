@@ -15,8 +15,6 @@ Nothing cancels here however small d is: d keeps its relative precision, and the
 more digits than d has. L and B are derived from :func:`rigidpend.mechanics.equations.aligned`.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ Orbits of any field are followed in doubles, those of the aligned field in any p
 serve beyond the kernel's numbers.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from fractions import Fraction

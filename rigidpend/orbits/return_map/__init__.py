@@ -83,8 +83,6 @@ build         maps built to a plan and to a design, or refused
 storage       maps on request: from memory, from disk, or built
 """
 
-from __future__ import annotations
-
 from rigidpend.orbits.return_map.build import ReturnMap
 from rigidpend.orbits.return_map.normal_form import MapError
 from rigidpend.orbits.return_map.passage import EnergyLevel, Passage, SectionPoint

@@ -1,7 +1,5 @@
 """Return maps built for a body and an interval of energies, checked, or refused with a reason."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Checks of a finished map at held-out points, which are nodes of no table."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ highest harmonic, which vanishes at all of them. A function of x in [-1, 1] is a
 polynomials.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterator, Sequence

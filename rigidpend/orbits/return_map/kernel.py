@@ -10,8 +10,6 @@ call cannot be interrupted, so that it takes a bounded time, and leaves its orbi
 which the next call goes on.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 from typing import Any, NamedTuple

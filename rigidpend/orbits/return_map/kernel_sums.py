@@ -1,7 +1,5 @@
 """Sums of a map's tables and polynomials in lanes: parts of the kernel's text."""
 
-from __future__ import annotations
-
 from rigidpend.orbits.integrate.kernel.lane_functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
 from rigidpend.orbits.integrate.kernel.machine_code import Writer

@@ -21,8 +21,6 @@ The normal form has the angle psi as time, and psi does not grow evenly with t'.
 invariant by a share of order q^3 only, and no f makes a normal form wrong.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

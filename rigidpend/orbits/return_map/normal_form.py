@@ -15,8 +15,6 @@ equations and the arithmetic at once.
 Everything is computed at many energies together, and kept as a Chebyshev expansion in the energy.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -246,7 +244,9 @@ class _Finder:
             X = self._divided(rest, np.array([[0, -2], [2, 0]])[:, :, None, None] * exponent)
             P = P + P[:, 0, None] * X[0] + P[:, 1, None] * X[1]
         if not size < SETTLED:
-            raise MapError("no Floquet frame is found: the periodic orbit is not hyperbolic")
+            raise MapError(
+                "no Floquet frame is found: mu is too large, or the orbit not hyperbolic"
+            )
         # The powers of degree 1 are in the order v, u.
         self._settle(1, [row[::-1] for row in P], exponent)
         self.P, self.inverse = P, _inverse(P)

@@ -6,8 +6,6 @@ tables of its own: the reversor (M1, M2, -M3, gamma1, gamma2, -gamma3, -t) takes
 one, and (d, chi) to (d, -chi).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

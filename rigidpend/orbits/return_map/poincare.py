@@ -11,8 +11,6 @@ modulo 2 pi: near alpha0 + beta0 if upward, near 2 pi - alpha0 + beta0 if downwa
 On this section dJ2 ^ dchi is the area that the map preserves.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

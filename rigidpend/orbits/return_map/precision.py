@@ -6,8 +6,6 @@ asked for. The same code computes with all of them, by
 ``+ - * /``, ``@``, and the functions of a :class:`Precision`.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from fractions import Fraction

@@ -21,8 +21,6 @@ Phases are sharper than in `passage`: ln|W|/Lambda is tens of radians, but all o
 ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns before it is rounded.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from fractions import Fraction

@@ -9,8 +9,6 @@ as time the system has two dimensions, no neutral direction and exactly the give
 The equations use S = J2 + M3, and with it J2 - M3 = (M1^2 + M2^2)/S without cancellation.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from rigidpend.mechanics.body import Angles

@@ -6,8 +6,6 @@ so that a stored map is the one that would be built. Numbers of any precision ar
 doubles, without loss.
 """
 
-from __future__ import annotations
-
 import functools
 import io
 import json

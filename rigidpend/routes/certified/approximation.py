@@ -12,8 +12,6 @@ field, `rigidpend.mechanics.equations.aligned` itself. The equation linearised a
 doubles gives the correction, also in doubles: each iteration gains about `GAIN` bits.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence

@@ -7,8 +7,6 @@ shrink. It is so small that passages, which depend on the logarithm of the dista
 surface, have short polynomials. Angles are in radians; times are t', dimensionless.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction

@@ -4,8 +4,6 @@ The proof of an orbit is an approximation, in enough bits, that the checker acce
 long one is estimated before it begins, and its progress reported. All times are dimensionless, t'.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import time

@@ -5,8 +5,6 @@ of the energy. Every comparison is of balls, and true only if it is certain: a n
 defined, as the root of a negative ball, is NaN and decides nothing. M and t' are dimensionless.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ They come from integration in pairs of doubles, and nothing is proven of them he
 orbits run over the nodes in u, v and w; angles are in radians, times are t', dimensionless.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

@@ -4,8 +4,6 @@ Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certifie
 decides. Times are t', dimensionless.
 """
 
-from __future__ import annotations
-
 import math
 from contextlib import suppress
 from dataclasses import replace

@@ -6,8 +6,6 @@ are called H1 to H5 here as well. A hypothesis that is not shown ends in
 count in the unit of :class:`Enclosed`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import groupby, pairwise
 from typing import NamedTuple

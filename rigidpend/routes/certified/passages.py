@@ -5,8 +5,6 @@ C2 to C5 are checked here; the bounds on derivatives that C7 needs are carried a
 that is not shown ends in :class:`Undecided`, never in a crossing. M and t' are dimensionless.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple, TypeVar

@@ -5,8 +5,6 @@ that are no such data raise ValueError when they are read. A set is one of `docs
 times are dimensionless.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -37,14 +37,13 @@ W_FAMILY = Family.of({(0, 0, 0, 1): 2}, 0)
 """The variable w as a family: coefficients of T_0 are twice what they stand for."""
 
 
-def curve(p: Sequence[Fraction], g: Family) -> Family:
-    """The value p(g), from the coefficients of the polynomial p."""
-    return horner([Family.of_fraction(x, INPUT_BITS) for x in p or [Fraction(0)]], g)
-
-
 def moved(curves: Sequence[Sequence[Fraction]], g: Family, w: Family) -> Family:
-    """The sum of w^m p_m(g) over polynomials p_m."""
-    return horner([curve(p, g) for p in curves or [[]]], w)
+    """The sum of w^m p_m(g), from the coefficients of the polynomials p_m."""
+    values = (
+        horner([Family.of_fraction(x, INPUT_BITS) for x in p or [Fraction(0)]], g)
+        for p in curves or [[]]
+    )
+    return horner([*values], w)
 
 
 def place(quad: Quad) -> tuple[Family, Family]:
@@ -99,11 +98,6 @@ class Numbers(NamedTuple):
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
     letter: str = "C"
     """That of the hypotheses: C of sets and lines, H of single orbits and of intervals."""
-
-    @property
-    def without_derivatives(self) -> Numbers:
-        """The same numbers where values alone are bounded."""
-        return self._replace(along="")
 
     @property
     def of_symbols(self) -> Numbers:
@@ -286,7 +280,7 @@ def _on_line(numbers: Numbers, line: StartLine, states: Sequence[Family]) -> _Eq
     J1, e1, e2, half, wide = (
         Family.of_fraction(x, INPUT_BITS) for x in (*line[:3], line.half, line.wide)
     )
-    centre, four = curve(line.centre, W_FAMILY), Family.of_fraction(4, 1)
+    centre, four = moved([line.centre], W_FAMILY, W_FAMILY), Family.of_fraction(4, 1)
     u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
     Qp, _, M3, *gamma = states
     at = [Qp, wide * v, M3, *gamma]

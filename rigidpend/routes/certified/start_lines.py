@@ -3,8 +3,6 @@
 Nothing is proven of them here. Angles are in radians, times are t', dimensionless.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction

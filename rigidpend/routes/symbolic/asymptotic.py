@@ -164,7 +164,13 @@ class _Arcs:
         self.level, self.n, self.most_turns = level, n, half_turns
         self.low, self.width = low, high - low
         least = level.fewest_half_turns(level.splitting)
-        reach = PER_CELL * max(half_turns + 3 - least, 3)
+        # Zeros are only where |I| is at most the splitting at the crossing. Up to there and along
+        # the next half rotation |U| rises and falls. Nearer to the end it falls with the distance,
+        # of which a half rotation is exp(-2) or more wherever doubles tell the surfaces apart.
+        cell = math.pi * level.exponent
+        ratio = level.splitting / min(level.splitting, level.downward_splitting)
+        beyond = (3 + math.log(ratio)) / cell
+        reach = math.ceil(PER_CELL * (3 + max(half_turns - least, beyond)))
         for _ in range(WIDENINGS):
             if self._sampled(reach):
                 return
@@ -185,7 +191,7 @@ class _Arcs:
         seen = track(self.level, self.b.ravel(), self.n)
         self.U, self.inside = seen.U.reshape(self.b.shape), seen.inside.reshape(self.b.shape)
         turns = seen.half_turns.reshape(self.n, *self.b.shape)
-        # The last passage may take one half rotation more: its zero ends the last wanted arc.
+        # The last passage may take one half rotation more: far out, its zero ends the last arc.
         before = self.inside & (turns[:-1] <= self.most_turns).all(axis=0)
         self.wanted = before & (turns[-1] <= self.most_turns + 1)
         ends = [0, -1]

@@ -20,8 +20,6 @@ As a check, an orbit is refined and integrated over a period in many bits, and m
 rounding.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

@@ -5,8 +5,6 @@ decimals. Thousands of intervals of theta2_0 belong to a code of five symbols, s
 alone does not name an orbit; trying phases one after another finds round ones in such intervals.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Sequence

@@ -10,8 +10,6 @@ than early ones: they drop out as soon as they have them, and each leg is integr
 as its end needs.
 """
 
-from __future__ import annotations
-
 import math
 from decimal import Decimal
 from fractions import Fraction

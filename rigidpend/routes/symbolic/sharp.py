@@ -16,8 +16,6 @@ The less the surfaces are split, the more a rounding displaces an orbit along th
 where that is little, and twice as many elsewhere.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -244,7 +242,8 @@ class Launch:
         return (self.J1_0 - here[1]) / eq1(here, self.p, wide)[1]
 
     def _outside(self) -> MapError:
-        return MapError(f"J1_0 = {float(self.J1_0):g} lies outside of the normal form")
+        J1 = f"J1_0 = {float(self.J1_0):g}"
+        return MapError(f"{J1} lies outside of the normal form: take a smaller one")
 
     def _canonical(self, states: Any) -> tuple[Any, Any, Any, Any]:
         """theta1, J1, theta2 and J2 of states (6, n), in all bits."""

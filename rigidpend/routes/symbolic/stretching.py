@@ -11,8 +11,6 @@ The growth is computed for each passage of a chain, and for many orbits of Fig. 
 one for each theta2_0 and J1_0; the latter are compared with the variational equations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -1,6 +1,7 @@
 """Engine `taylor`: lanes that take one orbit after another."""
 
 import math
+import re
 from fractions import Fraction
 from typing import Any
 from unittest.mock import Mock, create_autospec
@@ -50,10 +51,11 @@ def test_orbits_are_told_to_be_under_way_until_they_are_done(monkeypatch: Any) -
     open_ = [int(x.partition(" of 21 orbits under way in 53 bits, at t' = ")[0]) for x in told]
     assert open_ == sorted(open_, reverse=True)
     assert (open_[0], 0 < open_[-1] <= 8) == (21, True)
+    assert all(re.search(r"at t' = [\d.e+]+; a passage takes [\d.e+]+ at most$", x) for x in told)
 
 
 @pytest.mark.parametrize("bits", [53, 106])
-def test_outcome_out_of_steps_is_failed_and_the_next_run_knows_nothing_of_it(
+def test_outcome_out_of_steps_is_too_long_and_the_next_run_knows_nothing_of_it(
     bits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = find(fan(2), "taylor", bits)
@@ -61,7 +63,7 @@ def test_outcome_out_of_steps_is_failed_and_the_next_run_knows_nothing_of_it(
     monkeypatch.setattr(batch, "STEPS", {bits: 8})
     monkeypatch.setattr(batch, "MOST_STEPS", 3)
     found = find(fan(3, GENERIC), "taylor", bits, body=GENERIC)
-    assert found.outcome.tolist() == [Outcome.FAILED] * 3
+    assert found.outcome.tolist() == [Outcome.TOO_LONG] * 3
     assert np.isnan(found.time).all()
     monkeypatch.undo()
     assert same(find(fan(2), "taylor", bits), whole)

@@ -189,6 +189,8 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     [
         (Body((2, "1.5", "1.8"), (0, 1, 0), "0.7"), {"h": 1}, MapError, "not hyperbolic"),
         (Body((2, "1.5", "1.8"), (0, 1, 0), "0.95"), {"h": 1}, MapError, "theta1 turns 1 times"),
+        # It is hyperbolic, by multipliers of 157.7 and its inverse.
+        (Body((5, 2, "3.5"), (3, 1, 0), "0.9"), {"h": 1}, MapError, "frame is found: mu is too la"),
         # By an even number of turns no multiplier becomes negative.
         (Body((2, "4.5e-7", "1.9999998"), (1, 0, 0), "2e-4"), {"h": 1}, MapError, "turns -1[46] "),
         (HEAVY, {}, MapError, "too large|reach|settle|cover"),

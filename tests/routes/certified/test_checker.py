@@ -287,7 +287,7 @@ def test_a_problem_in_units_beyond_doubles_is_the_same() -> None:
     units = {"mu": "4**1200", "h0": "4**1200", "J1_0": "2**1200"}
     large = given | {name: f"({given[name]})*{by}" for name, by in units.items()}
     both = [check_certificate.problem_of(x, Fraction(1)) for x in (given, large)]
-    for a, b in zip(*((x.a, *x.torque, *x.start) for x in both), strict=True):
+    for a, b in zip(*((x.a, *x.mu, *x.start) for x in both), strict=True):
         assert max(a.low, b.low) <= min(a.high, b.high) < max(a.low, b.low) + 2**20
 
 
@@ -364,7 +364,7 @@ def test_the_problem_is_enclosed_as_in_the_package(
     fourth, rest = found.numbers.field[:4], found.numbers.field[4:]
     pairs: list[Sequence[Any]] = [
         *zip(fourth, [other.lam, other.a, other.b, other.twist], strict=False),
-        *zip(rest, (*other.torque, *other.turning), strict=True),
+        *zip(rest, (*other.mu, *other.omega), strict=True),
         *zip(found.state, other.start, strict=True),
     ]
     for ball, theirs in pairs:

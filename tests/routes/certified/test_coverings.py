@@ -353,6 +353,12 @@ def test_the_stored_proof_holds_in_both_checkers(
     told = list(map(str, certificates.check(offered.STORED, jobs=1, report=print)))
     assert [each.partition(": ")[0] for each in told] == ["proven"] * 5
     assert "of A = 2, 1, 1.5; r = 1, 1, 0; mu = 0.001; h = 1.3342; J1_0 = 1e-8: " in told[0]
+    words = told[1].split()
+    low, high = (float(words[words.index(x) + 1]) for x in ("from", "to"))
+    # Theorem 2's are those of the second checker, whose intervals are wider.
+    assert (
+        1.55099 < low < data["line"]["theta2"].min() < data["line"]["theta2"].max() < high < 1.57388
+    )
 
     def by_script(config: Path) -> tuple[int, str]:
         return check_full_shift.main(

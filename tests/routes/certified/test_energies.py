@@ -112,7 +112,7 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     targets = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads if not quad.rising]
     # Of sets so high that the image does not reach from end to end.
     targets += [(quad._replace(a=1000 * quad.a), first) for quad, first in targets]
-    numbers = sections.Numbers.of(BODY, setting.h).without_derivatives
+    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
     assert isinstance(link.start, Quad)
     image = passages.arrival(numbers, link.start, link.pieces())
     begun = [sections.beginning(numbers, *each)[0] for each in targets]
@@ -331,15 +331,20 @@ def test_phases_are_told_in_every_quarter(
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
         assert 2e-6 - 1e-12 < high - low < 2e-5
     # How far the polynomials are from the starts counts.
-    beginning = sections.beginning
+    beginning, line_beginning = sections.beginning, check_sections.line_beginning
 
     def loose(*given: Any) -> Any:
         begin, (bound, *others) = beginning(*given)
         return begin, [bound + arb(1e-3), *others]
 
     monkeypatch.setattr(sections, "beginning", loose)
+    monkeypatch.setattr(
+        check_sections, "line_beginning", lambda *of: [x + 1e-3 for x in line_beginning(*of)]
+    )
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
+    theirs = check_sections.phases(problem, offered.line_of(line), offered.step(first))
+    assert theirs.above - Fraction(theirs.low, 1 << check_series.DIGITS) > 1e-4
 
 
 def test_phases_are_rounded_outward_in_words() -> None:

@@ -28,7 +28,7 @@ from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import Undecided
 from scripts import check_intervals as script
 from scripts import check_pieces, check_sections
-from scripts.check_certificate import Fails, Refused
+from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
 from tests.remembered import inline
@@ -132,17 +132,30 @@ def test_an_interval_with_a_change_is_halved_and_never_proven(two: list[ProvenIn
     assert found == [(1, 5, [False, True]), (16, 6, []), (17, 6, [True])]
 
 
-@pytest.mark.parametrize(("share", "bits"), [(1, 160), (1 / 16, 160), (2.0**-20, 160), (1 / 6, 8)])
-def test_cosine_and_sine_hold_those_of_the_end(share: float, bits: int, monkeypatch: Any) -> None:
-    """In 8 bits the series ends where a term in 160 bits shows what is left."""
-    monkeypatch.setattr(intervals, "INPUT_BITS", bits)
+@pytest.mark.parametrize("share", [1, 1 / 16, 2.0**-20])
+def test_cosine_and_sine_hold_those_of_the_end(share: float) -> None:
     with ctx.workprec(160):
         angle = arb.pi() * share
-        whole = zip(intervals.turned(angle), (angle.cos(), angle.sin()), strict=True)
-        for found, exactly in whole:
+        for found, exactly in zip(intervals.turned(angle), (angle.cos(), angle.sin()), strict=True):
             end = found.at("u", 1).range
             assert end.contains(exactly)
-            assert bits == 8 or float(end.rad()) < 1e-40
+            assert float(end.rad()) < 1e-40
+
+
+def test_what_is_left_of_cosine_and_sine_is_in_their_errors(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """After 6 and 7 terms, in both checkers: the rest is far more than a rounding."""
+    angle, end = 0.5, (math.cos(0.5), math.sin(0.5))
+    for terms in (6, 7):
+        for module in (intervals, script):
+            monkeypatch.setattr(module, "TERMS", terms)
+        mine = [each.at("u", 1).range for each in intervals.turned(arb(angle))]
+        theirs = [each.at(1, 1).ball() for each in script.turned(Interval.of(Fraction(angle)))]
+        for ball, other, exactly in zip(mine, theirs, end, strict=True):
+            assert ball.contains(exactly)
+            assert other.low <= Interval.of(Fraction(exactly)).low <= other.high
+            assert float(ball.rad()) < 3 * angle**terms / math.factorial(terms)
 
 
 @pytest.mark.parametrize("rising", [True, False])

@@ -157,6 +157,8 @@ def test_bounds_on_sizes_and_neighbourhoods_contain_all_numbers() -> None:
                 centre + radius,
             )
             assert ends(check_series.around(a, radius)) == (low - radius, high + radius)
+    # A third is none of the numbers that an interval ends at.
+    assert ends(check_series.around(0, Fraction(1, 3)))[1] > Fraction(1, 3)
 
 
 def test_series_contain_all_that_they_stand_for() -> None:

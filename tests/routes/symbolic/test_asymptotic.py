@@ -44,11 +44,28 @@ def test_all_orbits_are_found_and_by_a_coarser_grid_too(monkeypatch: pytest.Monk
     assert [len(one.b) for one, _ in skeleton(level(), 3, HALF_TURNS)] == expected
 
 
-def test_arcs_along_which_chi_dips_twice_are_sampled_to_their_ends() -> None:
-    """Of a nearly symmetric body: as many orbits as a blind scan of 66,000 phases has found."""
-    body = Body(("1.6", "1.42", "1.5"), ("0.3", "0.7", 0), "0.004")
-    found = skeleton(ChainLevel.of(body, exact("1.1")), 2, 148)
-    assert [len(one.b) for one, _ in found] == [2, 2, 98]
+NEARLY_SYMMETRIC = Body(("1.6", "1.42", "1.5"), ("0.3", "0.7", 0), "0.004"), "1.1"
+NEAR_HESS = Body((2, 1, "3/2"), (1, "1.41", 0), "0.001"), "1.3342"
+
+
+@pytest.mark.parametrize(
+    ("body", "h", "half_turns", "counts"),
+    [
+        # Here chi dips twice along an arc.
+        (*NEARLY_SYMMETRIC, 148, [2, 2, 98]),
+        # Here it dips once more near the end of an arc.
+        (*NEARLY_SYMMETRIC, 147, [2, 0, 66]),
+        # Arcs end at zeros of two half rotations more than are asked for, and here of ten.
+        (*NEARLY_SYMMETRIC, 146, [2, 0, 42]),
+        (*NEAR_HESS, 8, [2, 0, 2]),
+    ],
+)
+def test_arcs_are_sampled_to_their_ends(
+    body: Body, h: str, half_turns: int, counts: list[int]
+) -> None:
+    """As many orbits as a blind scan of 100,000 phases has found."""
+    found = skeleton(ChainLevel.of(body, exact(h)), 2, half_turns)
+    assert [len(one.b) for one, _ in found] == counts
 
 
 def test_without_symbols_they_cross_at_gamma3_0_and_theta3_grows_as_integration_has_it() -> None:
@@ -159,7 +176,7 @@ def test_phases_of_a_thin_body_have_30_digits(monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.parametrize("J1", ["0.5", "0.6", "1.41"])
 def test_phases_are_refused_where_J1_0_is_outside_of_the_normal_form(J1: str) -> None:
-    with pytest.raises(MapError, match=rf"J1_0 = {J1} lies outside of the normal form"):
+    with pytest.raises(MapError, match=rf"J1_0 = {J1} lies outside of the normal form: take a"):
         sharp(Launch(level(), exact(J1)), orbits(0))
 
 

@@ -6,8 +6,6 @@ ends. Every other step is noted with its series and, if M3 is monotone, its zero
 `rigidpend.orbits.integrate.batch` and `passages` to find the crossings.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

@@ -5,8 +5,6 @@ Its coefficients are exact fractions, rounded once, and it has as many terms as 
 of number ask for.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction

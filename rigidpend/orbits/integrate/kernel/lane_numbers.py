@@ -8,8 +8,6 @@ without branches, which lanes cannot take one by one. Where terms cancel, the er
 the terms and not to their sum.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, TypeAlias

@@ -6,8 +6,6 @@ never run; the kernel is compiled anew. A flipped bit in machine code could end 
 wrong numbers silently.
 """
 
-from __future__ import annotations
-
 import ctypes
 import functools
 import re

@@ -6,8 +6,6 @@ smaller ones. Each loop goes over it in vectors of lanes. The last vector ends w
 may overlap the one before, so that the length need not be a multiple of the number of lanes.
 """
 
-from __future__ import annotations
-
 import ctypes
 import functools
 import importlib

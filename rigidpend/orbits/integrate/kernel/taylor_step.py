@@ -14,8 +14,6 @@ heyoka. Lanes never interact: an orbit is the same to the last bit whatever its 
 is also the same on every processor, because the text states each sum, product and fused product.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
