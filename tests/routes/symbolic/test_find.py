@@ -320,13 +320,48 @@ def test_a_crossing_that_digits_do_not_determine_is_looked_for_too(
         find_orbit(FIG4, "a 0^30", **START, digits=11)
 
 
-def test_delays_of_passages_behind_the_map_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    def early(orbits: Any, chain: Any, *given: Any) -> Any:
-        return refined(orbits, chain._replace(time=chain.time - 1e-7), *given)
+@pytest.mark.parametrize(("digits", "found"), [(0.5, True), (-0.5, False)])
+def test_a_last_crossing_off_by_more_than_a_radian_is_no_orbits(
+    digits: float, found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Long passages of a thin body once led to an orbit of another address, 5,325 t' late."""
+    correct, first = legs.Legs.correct, [digits]
 
-    monkeypatch.setattr(find, "refined", early)
-    found = find_orbit(FIG4, "a 0^11 1^11", **START, digits=12)
-    assert found.delay == pytest.approx(2e-7, rel=1e-3, abs=0)
+    def told(self: Any, *given: Any) -> list[float]:
+        *others, last = correct(self, *given)
+        return [*others, first.pop() if first else last]
+
+    monkeypatch.setattr(legs.Legs, "correct", told)
+    if found:
+        assert find_orbit(FIG4, "a 0^11 1^11", **START, digits=10).passages == 2
+    else:
+        with pytest.raises(NoOrbit, match="integration does not find the crossings where the map"):
+            find_orbit(FIG4, "a 0^11 1^11", **START, digits=10)
+
+
+@pytest.mark.parametrize(("early", "found"), [(1e-7, True), (4e-4, True), (6e-4, False)])
+def test_delays_of_passages_behind_the_map_add_up_to_a_thousandth(
+    early: float, found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def moved(orbits: Any, chain: Any, *given: Any) -> Any:
+        return refined(orbits, chain._replace(time=chain.time - early), *given)
+
+    monkeypatch.setattr(find, "refined", moved)
+    if found:
+        delay = find_orbit(FIG4, "a 0^11 1^11", **START, digits=12).delay
+        assert delay == pytest.approx(2 * early, rel=1e-3, abs=0)
+    else:
+        with pytest.raises(NoOrbit, match="integration does not find the crossings where the map"):
+            find_orbit(FIG4, "a 0^11 1^11", **START, digits=12)
+
+
+def test_an_orbit_is_refined_as_fast_from_its_own_phase(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At whose energy it is found at once, so that no others tell its derivatives in the energy."""
+    monkeypatch.setattr(legs, "states_at", asked := Mock(wraps=states_at))
+    found = find_orbit(FIG4, "a 0^11 1^11", **START)
+    n, near = asked.call_count, found.theta2_0
+    assert find_orbit(FIG4, "a 0^11 1^11", **START, near=near).theta2_0 == near
+    assert asked.call_count == 2 * n
 
 
 def test_an_orbit_without_a_symbol_has_no_address() -> None:
