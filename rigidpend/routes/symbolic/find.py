@@ -59,7 +59,7 @@ class FoundOrbit(NamedTuple):
     bits: int
     """Precision of that integration, bits."""
     delay: float
-    """Largest difference of a crossing's time by integration and by the map, t'."""
+    """Largest difference of times t' by integration and by the map, of the crossings refined."""
     passages: int
     """Number of passages that have the right symbol when each is integrated alone, in doubles."""
     passage_error: float

@@ -31,7 +31,7 @@ GUARD = 19
 MIDDLE = 3e-7
 """Distance from the middle of a cell within which a crossing counts as in it, half rotations."""
 GAINED = 10
-"""Digits that a correction gains, at most."""
+"""Digits that a correction gains, at most, for so many have the map's derivatives in doubles."""
 ROUNDED = 12
 """Bits for the roundings that the steps of a leg add up."""
 
@@ -131,6 +131,10 @@ class Legs:
         left, least = [turned, *step[1:-1, 1], off[-1, 1]], 2.0**-self.bits
         return [-float(a.log(max(abs(x), least)) / math.log(10)) for x in left]
 
+    def late(self, n: int) -> Any:
+        """Delays t' of the first n legs, as they are now, behind their times, in few bits."""
+        return self._gaps(self.theta, self.places[:n], [PAIRS] * n)[1]
+
     def _along(self, off: Any) -> tuple[Any, Any]:
         """Corrections of theta2_0 and of d and chi, (n, 2), by the gaps `off` at n crossings."""
         n, level, x = len(off), self.chain.level, self.chain.unknowns
@@ -138,7 +142,9 @@ class Legs:
         signs, last = np.sign(self.chain.I)[: n - 1], float(self.chain.chi[n - 1])
         system = System(level, self.orbits.begin(level), signs, last)
         moved = self.a.floats((self.places - self.begun)[:n, 1])
-        turned, step = system.along_surfaces(x[: 2 * n - 1], moved, off)
+        # Legs that end anywhere lead anywhere: their digits show it.
+        with np.errstate(all="ignore"):
+            turned, step = system.along_surfaces(x[: 2 * n - 1], moved, off)
         turned *= self.factor
         return turned, np.append(step + self.by_theta[: n - 1] * turned, [[0, 0]], axis=0)
 

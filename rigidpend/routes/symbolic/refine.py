@@ -13,7 +13,7 @@ as its end needs.
 import math
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -154,33 +154,38 @@ class _Digits:
 def _correct(legs: Legs, chain: Chain, digits: _Digits) -> float:
     """Correct legs until they have their digits.
 
-    The result is the largest delay t' of a crossing behind that of the map.
+    The result is the largest delay t' of a crossing of theirs behind that of the map.
     """
-    told = legs.times.copy()
+    told, n = legs.times.copy(), 0
     for _ in range(ROUNDS):
         note(lambda: f"theta2_0 to {digits.expected:.0f} of {digits.most:.0f} digits")
         gained = legs.gained(digits.expected)
         aim = digits.aim(gained)
         aims = np.minimum(aim, digits.needed[: digits.last + 1])
         bits = [math.ceil(x * DIGIT) + legs.below for x in aims]
+        n = max(n, len(bits))
         *found, last = legs.correct(bits, aim - digits.expected)
         # A long passage alone may grow a rounding of its beginning to much of the last crossing.
         digits.judge([*found, max(last, LEAST_DIGITS)], gained)
-        delay = float(max(abs(x) for x in np.cumsum(legs.times - told)))
-        done = digits.expected >= digits.most
-        # From fewer digits corrections might lead to another orbit; so have those to other times.
-        if digits.measured < LEAST_DIGITS or last < LEAST_OF_LAST or (done and delay > MOVED):
-            _check_placed(chain)
-            raise NoOrbit("integration does not find the crossings where the map has them")
-        if done:
+        # From fewer digits corrections might lead to another orbit.
+        if digits.measured < LEAST_DIGITS or last < LEAST_OF_LAST:
+            _refuse(chain)
+        if digits.expected >= digits.most:
+            # A correction meets times as they are before it: those of the orbit are met by none.
+            late = legs.times[:n] - told[:n] + legs.late(n)
+            delay = float(max(abs(x) for x in np.cumsum(late)))
+            # An orbit with other times is another one.
+            if delay > MOVED:
+                _refuse(chain)
             return delay
     raise NoOrbit(f"integration follows the map to {digits.expected:.0f} digits only")
 
 
-def _check_placed(chain: Chain) -> None:
-    """Raise NoOrbit, with the reason, where doubles place crossings too far off to begin with."""
+def _refuse(chain: Chain) -> NoReturn:
+    """Raise NoOrbit, with the reason why crossings are placed too far off to begin with."""
     check_split(chain.level, chain.split, chain.unknowns, 10.0**-LEAST_DIGITS)
     check_told(chain)
+    raise NoOrbit("integration does not find the crossings where the map has them")
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

@@ -166,6 +166,13 @@ def test_a_passage_whose_end_doubles_hardly_tell_is_found() -> None:
     assert found.delay < 1e-12
 
 
+def test_delays_of_long_passages_are_those_of_the_orbit_found() -> None:
+    """A passage from the map's place, before it is corrected, is late by a thousand times more."""
+    found = find_orbit(FIG4, "b 0^27 1^27 1^29", **START, digits=14)
+    assert str(found.theta2_0) == "4.70569685418972"
+    assert found.delay < 1e-10, "2^13 roundings of the time of a passage, 100 t' at most"
+
+
 ROUND: dict[str, Any] = {"h0": 1, "J1_0": "1e-8"}
 LITTLE = Body(A=(2, "17/10", "37/20"), r=(2, 1, 0), mu="1/100")
 """Surfaces are split by 6e-9: deviations across the layer grow to 5e9 in a passage."""
