@@ -113,7 +113,8 @@ class Legs:
         here = self.places[:n]
         off, late = self._gaps(self.theta, here, bits)
         turned, step = self._along(off)
-        again = math.ceil(gained / GAINED) - 1
+        # A rounding of the digits is no reason for differences, which have no place in few bits.
+        again = math.ceil(gained / GAINED - 0.1) - 1
         if again > 0:
             # Wide numbers take long. Differences in smaller ones tell what a correction leaves.
             few = [_smaller(_kind(max(bits)))] * n

@@ -187,6 +187,8 @@ THIN = Body(A=(2, "1.45", "1.48"), r=("0.9", "0.44", 0), mu="0.00056")
         (LITTLE, "b 0^77 (1^78)*2", "4.30271931474466041837"),
         (THIN, "b 0^105 1^105 1^106 0^105", "3.54950057447218089608"),
         (LITTLE, "a 1^97 1^99 0^97", "0.48489734196847815811"),
+        # Corrections here gain ten digits and a rounding, which once counted as more than ten.
+        (LITTLE, "b 1^81 1^82", "3.45646763633063008438"),
     ],
 )
 def test_orbits_of_thin_layers_are_found(body: Body, address: str, phase: str) -> None:
