@@ -30,8 +30,8 @@ SECANTS = 12
 """Largest number of secant steps in the energy."""
 SETTLED = 4e-15
 """Change of theta2_0, radians, below which its energy counts as found."""
-LEAST_STEP = 1e-3
-"""Least step in the energy whose differences serve to refine an orbit, in units of mu."""
+ASIDE = 1e-3
+"""Step in the energy to a chain beside one that is found at once, in units of mu."""
 MOST_SYMBOLS = 10_000
 """Largest number of symbols in a code."""
 DIGITS = 28
@@ -267,7 +267,6 @@ def _at_own_energy(orbits: OrbitFamily, made: Chain) -> tuple[Chain, ByEnergy]:
     # Solves energy(theta(h)) = h, where theta(h) is the phase of the chain at the energy h.
     signs, cells = np.sign(made.I).astype(int), made.cells
     beside, h, theta, slope = made, made.level.h, made.parameter, 0.0
-    least = LEAST_STEP * float(orbits.problem.body.mu)
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
         step = off / (1 - orbits.energy_slope(theta) * slope)
@@ -280,16 +279,13 @@ def _at_own_energy(orbits: OrbitFamily, made: Chain) -> tuple[Chain, ByEnergy]:
         theta = made.parameter
         # Shorter steps would make the difference one of roundings.
         if abs(step) > 1e-9 * abs(h):
-            slope = (theta - before) / step
-        if abs(step) > least:
-            beside = other
+            slope, beside = (theta - before) / step, other
         if abs(theta - before) < SETTLED:
             break
-    if abs(beside.level.h - h) < least:
+    if abs(beside.level.h - h) <= 1e-9 * abs(h):
         # The guess was the orbit itself, or nearly: a phase to which it is near was given.
-        level = ChainLevel(
-            orbits.return_map, h + math.copysign(least, float(orbits.problem.h0) - h)
-        )
+        step = math.copysign(ASIDE * float(orbits.problem.body.mu), float(orbits.problem.h0) - h)
+        level = ChainLevel(orbits.return_map, h + step)
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
         beside = system.solved(made.unknowns)
     return made, ByEnergy.between(beside, made)
