@@ -288,6 +288,36 @@ class System(NamedTuple):
         found = solve_banded((2, 2), blocks, right.ravel(), check_finite=False)
         return np.asarray(found.reshape(right.shape).T)
 
+    def along_surfaces(self, x: Array, moved: Array, off: Numbers) -> tuple[Any, Numbers]:
+        """Corrections by which the passages of a chain come to meet, in numbers of any precision.
+
+        `x` are the unknowns of the chain; `moved`, (m,), are changes of chi since at its crossings
+        and `off`, (m, 2), the gaps in d and chi that integration finds at them. The results are
+        to be added: a correction of the parameter, and those of d and chi, (n, 2), where passages
+        begin.
+        """
+        n, size = len(self.signs), np.abs(off).max()
+        units = np.array([self.level.widest_d, 1.0])
+
+        def derivatives(begun: Array, ended: Array) -> Array:
+            """Those of the gaps, where passages begin and end elsewhere by so much, (m,)."""
+            at = x.copy()
+            at[0] += ended[0]
+            at[1::2] += begun[:n]
+            at[2::2] += np.roll(ended, -1)[:n]
+            return self.evaluated(at)[1]
+
+        # Scaled to the size of one: gaps far below a double's range keep their digits. Gaps and
+        # corrections lie along the surfaces, whose curvature may bend them apart by more than what
+        # splits the surfaces. So derivatives are those in the middle of either.
+        by = derivatives(moved, moved + (off[:, 1] / 2).astype(float))
+        first, *others = self.corrections(((off / size).astype(float) / units).T[::-1], by)
+        angles = np.reshape(others, (n, 2))
+        halfway = moved.copy()
+        halfway[:n] -= (angles[:, 0] * size / 2).astype(float)
+        by = derivatives(halfway, halfway)[::-1, 2:, :n]
+        return -first * size, np.einsum("ijn,nj->ni", by, angles) * units * size
+
     def solved(self, x: Array) -> Chain:
         """The chain, by Newton's method from a guess.
 
@@ -357,7 +387,7 @@ def check_told(chain: Chain) -> None:
         fewer = math.floor(level.half_turns(TOLD * told))
         raise NoOrbit(
             f"passage {k + 1} takes so long that it passes a surface at |I| = {near:.1g}, which"
-            f" doubles tell to {told:.1g}; give it {fewer} half rotations or fewer"
+            f" doubles tell to {told:.1g}; with {fewer} half rotations or fewer they surely do"
         )
 
 

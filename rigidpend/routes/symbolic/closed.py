@@ -353,15 +353,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))
         return off, late
 
-    system, units = System(level, None, np.sign(chain.I), 0.0), np.array([level.widest_d, 1.0])
-
-    def derivatives(moved: Any, ahead: Any) -> Array:
-        """Those of the chain's equations, with chi moved: of crossings, and more of ends, (n,)."""
-        x = chain.unknowns
-        x[1::2] += moved.astype(float)
-        x[2::2] += np.roll(moved, -1).astype(float) + ahead.astype(float)
-        return system.evaluated(x)[1]
-
+    system = System(level, None, np.sign(chain.I), 0.0)
     # Corrections are those of the chain, in the angles of its passages: of I they lose nothing,
     # which a crossing in doubles tells the less the longer the passage is.
     begin = places = a.array(np.stack((chain.d, chain.chi), axis=1)[:-1])
@@ -372,23 +364,16 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         if size < met or before <= size < NOISE * met:
             break
         before = size
-        # A gap is the end of a passage less the next crossing. Scaled to the size of one: gaps far
-        # below a double's range keep their digits. Gaps and corrections lie along the surfaces,
-        # whose curvature may bend them apart by more than what splits the surfaces. So derivatives
-        # are those in the middle of either.
-        left = np.roll((off / size).astype(float) / units, 1, axis=0)
-        at = (places - begin)[:, 1]
-        by = derivatives(at, off[:, 1] / 2)
-        angles = system.corrections(left.T[::-1], by)[1:].reshape(-1, 2)
-        by = derivatives(at - angles[:, 0] * size / 2, 0 * at)
-        step = np.einsum("ijn,nj->ni", by[::-1, 2:], angles) * units
-        moved = a.largest(step * size)
+        # A gap is the end of a passage less the next crossing.
+        at = a.floats((places - begin)[:, 1])
+        step = system.along_surfaces(chain.unknowns, at, np.roll(off, 1, axis=0))[1]
+        moved = a.largest(step)
         if moved > MOVED:
             raise NoOrbit(
                 f"the orbit of {orbit.code} does not come to close: a correction is {moved:.1g}"
                 f" rad; its surfaces are split by {level.splitting:.1g}"
             )
-        places = places + step * size
+        places = places + step
     else:
         raise NoOrbit(f"the orbit of {orbit.code} does not come to close, by {float(size):.2g}")
     period, first = times.sum(), places[:1]

@@ -21,6 +21,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.address import Address, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
+from rigidpend.routes.symbolic.legs import ByEnergy
 from rigidpend.routes.symbolic.levels import ChainLevel, OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import shortest, with_half_turns
@@ -29,6 +30,8 @@ SECANTS = 12
 """Largest number of secant steps in the energy."""
 SETTLED = 4e-15
 """Change of theta2_0, radians, below which its energy counts as found."""
+ASIDE = 1e-3
+"""Step in the energy to a chain beside one that is found at once, in units of mu."""
 MOST_SYMBOLS = 10_000
 """Largest number of symbols in a code."""
 DIGITS = 28
@@ -56,7 +59,7 @@ class FoundOrbit(NamedTuple):
     bits: int
     """Precision of that integration, bits."""
     delay: float
-    """Largest difference of a crossing's time by integration and by the map, t'."""
+    """Largest difference of times t' by integration and by the map, of the crossings refined."""
     passages: int
     """Number of passages that have the right symbol when each is integrated alone, in doubles."""
     passage_error: float
@@ -187,8 +190,8 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
     return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
 
 
-def _solved(orbits: OrbitFamily, address: Address, near: float | None) -> tuple[Chain, float]:
-    """The chain of an address at its own energy, and the derivative of theta2_0 in the energy."""
+def _solved(orbits: OrbitFamily, address: Address, near: float | None) -> tuple[Chain, ByEnergy]:
+    """The chain of an address at its own energy, and its derivatives in the energy."""
     # The energy of an orbit depends on its theta2_0. A first chain is found at a guess of it.
     if near is None:
         level = ChainLevel(orbits.return_map, orbits.problem.h0)
@@ -256,28 +259,33 @@ def _either(
     return min(found, key=lambda each: float(each.time.sum()))
 
 
-def _at_own_energy(orbits: OrbitFamily, made: Chain) -> tuple[Chain, float]:
+def _at_own_energy(orbits: OrbitFamily, made: Chain) -> tuple[Chain, ByEnergy]:
     """The chain at the energy that belongs to its own theta2_0, by secants in the energy.
 
-    The second result is the derivative of theta2_0 in the energy along chains with this last
-    crossing.
+    The second result are derivatives in the energy along chains with this last crossing.
     """
     # Solves energy(theta(h)) = h, where theta(h) is the phase of the chain at the energy h.
     signs, cells = np.sign(made.I).astype(int), made.cells
-    h, theta, slope = made.level.h, made.parameter, 0.0
+    beside, h, theta, slope = made, made.level.h, made.parameter, 0.0
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
         step = off / (1 - orbits.energy_slope(theta) * slope)
         if abs(step) < 2e-16 * abs(h):
             break
-        h, before = h + step, theta
+        h, before, other = h + step, theta, made
         level = ChainLevel(orbits.return_map, h)
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
         made = system.solved(made.unknowns).in_cells(cells)
         theta = made.parameter
         # Shorter steps would make the difference one of roundings.
         if abs(step) > 1e-9 * abs(h):
-            slope = (theta - before) / step
+            slope, beside = (theta - before) / step, other
         if abs(theta - before) < SETTLED:
             break
-    return made, float(slope)
+    if abs(beside.level.h - h) <= 1e-9 * abs(h):
+        # The guess was the orbit itself, or nearly: a phase to which it is near was given.
+        step = math.copysign(ASIDE * float(orbits.problem.body.mu), float(orbits.problem.h0) - h)
+        level = ChainLevel(orbits.return_map, h + step)
+        system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
+        beside = system.solved(made.unknowns)
+    return made, ByEnergy.between(beside, made)

@@ -2,9 +2,8 @@
 
 The map in doubles gives all crossings of an orbit to some ten digits. From each crossing the full
 equations are integrated to the next one, and Newton's method corrects all crossings and theta2_0
-until these legs meet. Each correction doubles the digits, or adds as many as the derivatives of the
-legs have. The derivatives are computed anew whenever the legs go on to wider numbers, in the
-numbers that the legs leave.
+until these legs meet. Derivatives are the map's, with which a correction gains up to ten digits;
+in wide numbers it is mended by differences in smaller ones, and gains more.
 
 A change of theta2_0 grows from crossing to crossing. Late crossings therefore need fewer digits
 than early ones: they drop out as soon as they have them, and each leg is integrated in as many bits
@@ -14,7 +13,7 @@ as its end needs.
 import math
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from rigidpend.machine.workers import note
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.routes.symbolic.chain import (
+    MOVED,
     Chain,
     NoOrbit,
     carried,
@@ -29,7 +29,7 @@ from rigidpend.routes.symbolic.chain import (
     check_told,
     tangents,
 )
-from rigidpend.routes.symbolic.legs import BELOW, DIGIT, GUARD, Legs, Slopes
+from rigidpend.routes.symbolic.legs import DIGIT, GUARD, ByEnergy, Legs
 from rigidpend.routes.symbolic.levels import STEP, OrbitFamily
 
 FIRST_DIGITS = 9.0
@@ -38,10 +38,11 @@ FIRST_DIGITS = 9.0
 Where surfaces are split by less than some 1e-8 they have fewer: the first correction shows it."""
 LEAST_DIGITS = 4
 """Least number of digits from which Newton's method goes on: it was seen to converge from 4.9."""
-SHORT = 5
-"""Digits below the reach of derivatives within which a correction by them is not worth it."""
-LITTLE = 3
-"""Digits: where a correction gains fewer, derivatives are computed anew, six legs for each."""
+LEAST_OF_LAST = 0
+"""Least number of digits, likewise, of the last crossing that counts: its chi errs by a radian.
+
+Its error is what one passage makes of those before it, and goes with these. At the end it has as
+many digits as they need, or the orbit is refused."""
 ROUNDS = 60
 """Largest number of corrections."""
 MARGIN = 3
@@ -62,10 +63,12 @@ class Refined(NamedTuple):
     crossing_time: Array
 
 
-def refined(orbits: OrbitFamily, chain: Chain, by_energy: float, digits: int, jobs: int) -> Refined:
+def refined(
+    orbits: OrbitFamily, chain: Chain, by_energy: ByEnergy, digits: int, jobs: int
+) -> Refined:
     """theta2_0 of a chain at its own energy to `digits` digits behind the point.
 
-    `by_energy` is the derivative of theta2_0 in the energy for a fixed last crossing. NoOrbit is
+    `by_energy` are derivatives in the energy for a fixed last crossing. NoOrbit is
     raised where integration of the full equations does not follow the chain.
     """
     exponent = _growth(orbits, chain, by_energy)
@@ -82,19 +85,21 @@ def refined(orbits: OrbitFamily, chain: Chain, by_energy: float, digits: int, jo
     # ones need those with which integration finds them at all.
     needed = np.maximum.accumulate((digits + FURTHER - exponent)[::-1])[::-1][: reach + 1]
     needed = needed.clip(LEAST_DIGITS + SETTLED)
-    legs = Legs(orbits, chain, np.append(begun, chain.time)[: reach + 1], float(needed[0]), jobs)
+    legs = Legs(
+        orbits, chain, by_energy, np.append(begun, chain.time)[: reach + 1], float(needed[0]), jobs
+    )
     delay = _correct(legs, chain, _Digits(needed))
     theta, times = fraction(legs.theta), begun + np.append(0.0, np.cumsum(chain.time))
     return Refined(_decimal(theta, digits), fixed, bits, delay, times)
 
 
-def _growth(orbits: OrbitFamily, chain: Chain, by_energy: float) -> Array:
+def _growth(orbits: OrbitFamily, chain: Chain, by_energy: ByEnergy) -> Array:
     """Growth of a change of theta2_0 along a chain, with the change of energy that it causes.
 
     The result is log10 of the change of t' at the crossings, per radian of theta2_0, (n + 1,).
     """
     # theta2_0 and the energy depend on each other: this is the total derivative.
-    factor = abs(1 - by_energy * orbits.energy_slope(chain.parameter))
+    factor = abs(1 - by_energy.theta2_0 * orbits.energy_slope(chain.parameter))
     change = np.diff(_begun(orbits, chain, STEP * np.array([-1.0, 1.0])))[:, 0]
     # chi comes without whole turns, so that the difference may jump by one.
     change[1] = math.remainder(change[1], 2 * math.pi)
@@ -122,74 +127,65 @@ class _Digits:
         self.needed, self.most = needed, float(needed[0])
         # Of the crossings as they are; and before the last correction, as it has measured them.
         self.expected = self.measured = FIRST_DIGITS
-        # Those that corrections left less than expected, at most; and those that one gained.
-        self.lost, self.gained, self.first = 0.0, math.inf, True
+        # Share of the digits that corrections gained of those that they gain at most.
+        self.share, self.gained, self.first = 1.0, math.inf, True
 
     @property
     def last(self) -> int:
         """The last leg that counts: those whose ends have their digits, as measured, drop out."""
         return min(len(self.needed) - 1, int((self.needed > self.measured).sum()))
 
-    def aim(self, slopes: Slopes) -> float:
-        """Digits to which the next correction is to lead."""
-        return min(slopes.leave(self.expected), self.most, slopes.reach)
+    def aim(self, gained: float) -> float:
+        """Digits to which the next correction is to lead, which gains so many at most."""
+        return min(self.expected + gained, self.most)
 
-    def bits(self, slopes: Slopes) -> list[int]:
-        """Precisions in which the legs that count are integrated for the next correction."""
-        ends, aim = self.needed[: self.last + 1], self.aim(slopes)
-        return [math.ceil(min(aim, need) * DIGIT) + BELOW for need in ends]
-
-    def outgrow(self, slopes: Slopes) -> bool:
-        """True if the next digits need slopes from wider numbers."""
-        return self.expected > slopes.reach - SHORT and self.most > slopes.reach
-
-    def wear_out(self, slopes: Slopes) -> bool:
-        """True if the next digits need new slopes at the crossings as they are."""
-        # Where surfaces are split little, derivatives at the map's crossings gain few digits. And
-        # the first correction may show that more legs count than was expected.
-        return self.gained < LITTLE or self.last >= len(slopes.matrices)
-
-    def judge(self, found: list[float], slopes: Slopes) -> None:
+    def judge(self, found: list[float], gained: float) -> None:
         """Take what a correction has measured, and expect what it leaves."""
-        aim = self.aim(slopes)
-        both = zip(found, self.needed, strict=False)
-        here = min([self.most, *(x for x, need in both if x < need - SETTLED)])
+        aim, both = self.aim(gained), zip(found, self.needed, strict=False)
+        here = min([self.most, *(x for x, need in both if x <= need - SETTLED)])
         # The first correction measures the error of the map. Further ones measure that of the
-        # derivatives, and legs that graze a surface are curved more than was expected.
+        # derivatives, by which each digit that is to be gained falls short in proportion.
         if not self.first:
-            self.lost = max(self.lost, self.expected - here)
-            self.gained = here - self.measured
-        self.measured, self.first = here, False
-        self.expected = max(here, min(aim, slopes.leave(here) - self.lost))
+            self.share = min(self.share, max(0.0, here - self.measured) / self.gained)
+        self.measured, self.first, self.gained = here, False, gained
+        self.expected = max(here, min(aim, here + gained * self.share))
 
 
 def _correct(legs: Legs, chain: Chain, digits: _Digits) -> float:
     """Correct legs until they have their digits.
 
-    The result is the largest delay t' of a crossing behind that of the map.
+    The result is the largest delay t' of a crossing of theirs behind that of the map.
     """
-    told, kinds = legs.times.copy(), iter(legs.kinds)
-    slopes = legs.slopes(next(kinds), digits.last, digits.expected)
+    told, n = legs.times.copy(), 0
     for _ in range(ROUNDS):
-        if digits.outgrow(slopes):
-            slopes = legs.slopes(next(kinds), digits.last, digits.expected)
-        elif digits.wear_out(slopes):
-            slopes = legs.slopes(slopes.bits, digits.last, digits.expected)
         note(lambda: f"theta2_0 to {digits.expected:.0f} of {digits.most:.0f} digits")
-        digits.judge(legs.correct(slopes.matrices, digits.bits(slopes)), slopes)
+        gained = legs.gained(digits.expected)
+        aim = digits.aim(gained)
+        aims = np.minimum(aim, digits.needed[: digits.last + 1])
+        bits = [math.ceil(x * DIGIT) + legs.below for x in aims]
+        n = max(n, len(bits))
+        *found, last = legs.correct(bits, aim - digits.expected)
+        # A long passage alone may grow a rounding of its beginning to much of the last crossing.
+        digits.judge([*found, max(last, LEAST_DIGITS)], gained)
         # From fewer digits corrections might lead to another orbit.
-        if digits.measured < LEAST_DIGITS:
-            _check_placed(chain)
-            raise NoOrbit("integration does not find the crossings where the map has them")
+        if digits.measured < LEAST_DIGITS or last < LEAST_OF_LAST:
+            _refuse(chain)
         if digits.expected >= digits.most:
-            return float(max(abs(x) for x in np.cumsum(legs.times - told)))
+            # A correction meets times as they are before it: those of the orbit are met by none.
+            late = legs.times[:n] - told[:n] + legs.late(n)
+            delay = float(max(abs(x) for x in np.cumsum(late)))
+            # An orbit with other times is another one.
+            if delay > MOVED:
+                _refuse(chain)
+            return delay
     raise NoOrbit(f"integration follows the map to {digits.expected:.0f} digits only")
 
 
-def _check_placed(chain: Chain) -> None:
-    """Raise NoOrbit, with the reason, where doubles place crossings too far off to begin with."""
+def _refuse(chain: Chain) -> NoReturn:
+    """Raise NoOrbit, with the reason why crossings are placed too far off to begin with."""
     check_split(chain.level, chain.split, chain.unknowns, 10.0**-LEAST_DIGITS)
     check_told(chain)
+    raise NoOrbit("integration does not find the crossings where the map has them")
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

@@ -128,7 +128,7 @@ def test_crossings_that_doubles_do_not_tell_are_refused_with_how_long_passages_m
     """Their d is that of the surface to rounding, and an orbit begun there is another one."""
     with pytest.raises(NoOrbit, match=r"^passage 1 takes so long .* half rotations") as refused:
         closed_orbit(BODY, "01", h=H, half_turns=200)
-    most = int(str(refused.value).rpartition("give it ")[2].split()[0])
+    most = int(str(refused.value).rpartition("with ")[2].split()[0])
     right, error = passages(closed_orbit(BODY, "01", h=H, half_turns=most).chain)
     assert right.all()
     assert error.max() < 1e-3
