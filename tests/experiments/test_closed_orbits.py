@@ -57,7 +57,7 @@ def test_passages_too_long_for_doubles_are_refused_with_how_long_they_may_be(
     short = [*SMALL, "problem.longest=2", "problem.verified=0"]
     with pytest.raises(NoOrbit, match=r"^passage \d takes so long .* half rotations") as refused:
         computed(asked("closed_orbits", *short, f"problem.half_turns={half_turns}"))
-    most = int(str(refused.value).rpartition("give it ")[2].split()[0])
+    most = int(str(refused.value).rpartition("; with ")[2].split()[0])
     assert 25 < most < 32
     orbits = computed(asked("closed_orbits", *short, f"problem.half_turns={most}"))["orbits"]
     assert orbits["alone"].max() < 1e-3
