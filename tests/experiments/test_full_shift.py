@@ -312,6 +312,10 @@ def test_what_tables_show_is_what_the_proof_shows(monkeypatch: pytest.MonkeyPatc
     after = "crosses the sets after the symbols 1: every one-sided sequence is a start's code"
     assert said[1].endswith(f"{after} behind these")
     assert data["sets"]["symbol"].tolist() == [1, 0]
+    for ends in ([0.999, 2.0], [1.0, 2.001], [1.8, 1.2]):
+        beyond = data | {"line": data["line"] | {"theta2": np.array(ends)}}
+        with pytest.raises(ArithmeticError, match="line/theta2 is not within"):
+            full_shift.theorems(config, beyond)
     for group, name in [(group, name) for group, fields in data.items() for name in fields]:
         wrong = copy.deepcopy(data)
         # The least change of a symbol, or of a number beyond what is rounding.
