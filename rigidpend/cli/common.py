@@ -62,8 +62,10 @@ def failed(ctx: click.Context, error: BaseException) -> NoReturn:
         if isinstance(error, OSError):
             drop(sys.stdout)
         said = sentence(error)
-        # A complaint about a config begins with its file and line, without a program's name.
-        say(said if code == MISUSED else f"rigidpend: {said}")
+        # A complaint about a config begins with its file and line, without a program's name. A
+        # report that shows no result tells a line of each.
+        named = said if code == MISUSED else "\n".join(f"rigidpend: {x}" for x in said.split("\n"))
+        say(named)
     print_failure(ctx, said, code)
     sys.exit(code)
 

@@ -56,7 +56,9 @@ def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: boo
         _tell_absent(absent, folder)
     if not all(drawn):
         sys.exit(FAILED)
-    if absent and not (drawn and "all" in names):
+    # Of `all` some may be absent, which have not been run yet.
+    named = catalogue.resolve(tuple(x for x in names if x != "all"), folder, absent=True)
+    if absent and (not drawn or not {*named}.isdisjoint(absent.values())):
         sys.exit(ABSENT)
 
 

@@ -285,6 +285,7 @@ def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     assert call(tmp_path, "render", "all").returncode == 0
     assert call(tmp_path, "render", "fig2", "fig1").returncode == 3
     assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
+    assert call(tmp_path, "render", "all", "none.h5").returncode == 3
 
 
 def test_an_absent_file_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
@@ -299,6 +300,8 @@ def test_an_absent_file_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     written = f"{Path('results', 'report.html')} written"
     told = "rigidpend: no.h5: there is no such file"
     assert (done.stderr.splitlines(), done.returncode) == ([told, written], 1)
+    done = call(tmp_path, "report", "no.h5", "fig9.h5")
+    assert (done.stderr.splitlines(), done.returncode) == ([told, told.replace("no", "fig9", 1)], 3)
 
 
 def test_more_than_a_few_new_figures_are_drawn_side_by_side(

@@ -79,8 +79,9 @@ class Bodies(Part):
     """Time of a peer for a body, seconds of solving: a slow peer follows fewer orbits.
 
     The truth, where two methods differ, may take four times as long."""
-    longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
-    """Time of ours for a body, seconds: it follows fewer orbits if all would take longer."""
+    longest: Annotated[Whole, Field(ge=1, le=3600)] = 12
+    """Time of ours for a body, seconds of a core: it follows fewer orbits if all are expected to
+    take longer on a common machine."""
 
 
 class Config(ExperimentConfig):

@@ -66,7 +66,7 @@ def _name(bodies: Data, row: int) -> str:
     """Name a body by its nu, and that of Fig. 4 in words."""
     name, nu = bodies["name"][row], bodies["nu"][row]
     escaped = _short(name).replace("_", r"\_").replace("\u2026", r"\ldots ")
-    shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{escaped}}}$"
+    shown = "Fig. 4" if name == "fig4" else rf"$\it{{{escaped}}}$"
     return rf"{shown}, $\nu = {nu:.2f}$"
 
 
