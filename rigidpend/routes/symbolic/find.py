@@ -45,7 +45,8 @@ class FoundOrbit(NamedTuple):
 
     Its last crossing is at gamma3 = 0, in the middle of its cell: the orbit is its own image under
     time reversal there, and returns on the way on which it came. Where no such orbit has the half
-    rotations that are asked for, the last crossing is elsewhere in its cell.
+    rotations that are asked for, the last crossing is elsewhere in its cell; and where the orbit
+    beside which one is sought has the whole code, it stays where that orbit has it.
     """
 
     theta2_0: Decimal
@@ -113,7 +114,8 @@ def find_orbit(
     J1_0 : number
         Initial action, dimensionless, small beside J2_0.
     near : number, optional
-        A phase, radians. Half rotations are taken from its orbit as far as this has the code.
+        A phase, radians. Half rotations are taken from its orbit as far as this has the code; an
+        orbit that has all of it is found itself, as exactly as the map in doubles knows it.
     digits : int, optional
         Digits of theta2_0 behind the point, 10 to 200. A symbol takes 1.2 or more of them.
     jobs : int, optional
