@@ -94,21 +94,21 @@ verify: $(VENV)/.installed ## compute every experiment again and compare with re
 reference: $(VENV)/.installed ## renew results/reference/: make reference REASON="why" [NAMES="fig4 fig5"]
 	$(RUN) reference $(or $(NAMES),all) --reason "$$REASON" $(if $(JOBS),-j $(JOBS))
 
-bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README; some five minutes, alone
+bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README and docs/measured.md; some five minutes, alone
 	$(RUN) bench --out "$(RESULTS)"
 	mkdir -p results/measured results/gallery
 	cp "$(RESULTS)"/bench.h5 results/measured/
 	cp "$(RESULTS)"/bench.png results/gallery/
 	$(BIN)/python -m scripts.readme_tables
 
-stress: $(VENV)/.installed ## trials at the limits, store, renew README; some ten minutes on two cores
+stress: $(VENV)/.installed ## trials at the limits, store, renew docs/measured.md; some ten minutes on two cores
 	$(RUN) stress --out "$(RESULTS)"
 	mkdir -p results/measured results/gallery
 	cp "$(RESULTS)"/stress.h5 results/measured/
 	cp "$(RESULTS)"/stress.png results/gallery/
 	$(BIN)/python -m scripts.readme_tables
 
-tables: $(VENV)/.installed ## write README's tables from results/measured/
+tables: $(VENV)/.installed ## write the tables of README and docs/measured.md from results/measured/
 	$(BIN)/python -m scripts.readme_tables
 
 gallery: $(VENV)/.installed ## draw the figures of results/reference/ into results/gallery/, for the README

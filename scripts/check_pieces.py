@@ -10,7 +10,7 @@ from scripts.check_series import Series
 
 CLOCK = 50
 """Binary digits behind the point of a half-length of a step."""
-MOST = {"sets": 32, "steps": 4000, "work": 25 * 10**8, "degree": 100, "bits": 124, "curve": 20}
+MOST = {"sets": 32, "steps": 4000, "work": 10**10, "degree": 100, "bits": 124, "curve": 20}
 """Largest sizes of a proof; work is that of multiplying term by term, minutes."""
 QUAD = ("rising", "a", "b", "l0", "l1", "p")
 LINE = ("e1", "e2", "centre", "half")

@@ -147,8 +147,8 @@ def tables(result: Loaded) -> list[Table]:
             ],
             "A relation needs more than 1 and less than 1. The stretch is |dU/du| - |dU/dv|, the"
             " squeeze |dV/du| + |dV/dv|: more than 1 and less than 1 make the orbit of a sequence"
-            " the only one in the sets. The line of starts, with theta2_0 from"
-            f" {_below(line['theta2'][0], 6)} to {_above(line['theta2'][1], 6)}, crosses those of"
+            " the only one in the sets. The line of starts, with theta2_0 from about"
+            f" {line['theta2'][0]:.6g} to {line['theta2'][1]:.6g}, crosses those of"
             f" a section too{_behind(data)}: {_more(min(line['edge']))},"
             f" {_less(max(line['across']))};"
             f" stretch {_more(min(line['stretch']))}, squeeze {_less(max(line['squeeze']))}.",

@@ -114,6 +114,15 @@ def many(file: Any) -> None:
         other(f"data/proof/{name}", data=x)(file)
 
 
+def test_the_largest_proof_of_the_page_is_read() -> None:
+    """That of energies within a thousandth has 2.6e9 products of terms, as these have."""
+    at = np.array(np.unravel_index(np.arange(1380), (1, 40, 40))).T
+    values: Any = {"family": [0], "bits": [60], "terms": [len(at)], "powers": at}
+    values["coefficients"] = np.ones((len(at), 7), dtype=np.int64)
+    [[step]] = check_pieces.steps_of_sets(values, 1)
+    assert len(step.states) == 6
+
+
 def link(file: Any) -> None:
     del file["data/line/half"]
     file["data/line/half"] = h5py.ExternalLink(str(STORED), "data/line/half")
