@@ -162,7 +162,7 @@ class Approximation:
         # If coefficients decay geometrically, their number grows in proportion to the bits.
         n = -(-(int(FASTER * enough * bits / COEFFICIENT_BITS) + 4) // GRAIN) * GRAIN
         kept = np.zeros((6, n))
-        m = min(n, enough + 1)
+        m = min(n, enough + 1, states.shape[1])
         kept[:, :m] = series[:, :m]
         return kept, n
 
