@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.asymptotic_orbits import DIGIT, SAMPLED
 from rigidpend.experiments.asymptotic_orbits.draw import address, phase_text
 from rigidpend.experiments.plots import decimals
 from rigidpend.routes.codes import route_codes
@@ -63,6 +64,23 @@ def test_where_no_number_of_half_rotations_suffices_none_is_named() -> None:
 def test_all_is_as_it_is_stored_but_the_plane(data: Any) -> None:
     """Which has fewer columns."""
     assert unlike_stored("asymptotic_orbits", data, {}) == {"plane/theta2_0"}
+
+
+@pytest.mark.parametrize("times", [Fraction(1, 512), Fraction(256)])
+def test_orbits_are_the_same_in_other_units(times: Fraction, data: Any) -> None:
+    """Actions are so many times as large, energies by its square, and t' as much smaller."""
+    given = [
+        f"problem.{name}={value}*{times**power}"
+        for name, value, power in (("mu", "0.001", 2), ("h", "1.3342", 2), ("J1_0", "1e-8", 1))
+    ]
+    few = "problem.symbols=0", "problem.columns=10", "problem.drawn=1"
+    other = computed(asked("asymptotic_orbits", *few, *given))
+    found, same = (x["orbits"]["0"] for x in (other, data))
+    np.testing.assert_array_equal(found["theta2_0"], same["theta2_0"])
+    np.testing.assert_allclose(found["theta2_0_rest"], same["theta2_0_rest"], rtol=0, atol=DIGIT)
+    drawn, same = (x["drawn"]["0"] for x in (other, data))
+    np.testing.assert_allclose(drawn["t"] * float(times), same["t"], rtol=1e-13, atol=1e-12)
+    np.testing.assert_allclose(drawn["theta3"], same["theta3"], rtol=0, atol=SAMPLED)
 
 
 def test_symbols_change_at_the_orbits(data: Any) -> None:

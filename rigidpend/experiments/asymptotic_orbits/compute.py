@@ -47,8 +47,8 @@ These are what passages may take beyond typical ones, at least the second number
 bodies the estimate is then within a factor of 2.6."""
 SAMPLES = 64
 """Samples of a drawn orbit per rotation of the pendulum."""
-FADED = 1e-3
-"""Distance from its last periodic orbit at which a drawn orbit ends."""
+FADED = 7e-4
+"""Distance from its last periodic orbit at which a drawn orbit ends, over J2_0."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -137,7 +137,8 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
     anchors = launch.anchors(one.b)
     [state] = launch.states(anchors, exactly([anchors.theta2])).T
     crossed = float(one.begun[0])
-    end = crossed + float((one.flight + one.faded(FADED))[0])
+    ended = FADED * float(problem.routes.J2_0(53))
+    end = crossed + float((one.flight + one.faded(ended))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
     states = states_at(
         in_space.field(problem.body),

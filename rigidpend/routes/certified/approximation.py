@@ -149,16 +149,16 @@ class Approximation:
             ahead = states_at(self.doubles, np.array(begin), times)
             states = np.column_stack((begin, ahead))
             # No step may end near M3 = 0: the checker has to tell the sign at both ends (H4).
-            if abs(states[2, -1]) > CLEAR * self.size or share < SHORTEST:
+            clear = abs(states[2, -1]) > CLEAR * self.size or share < SHORTEST
+            # A thin body turns far faster on its way over than beside the periodic orbits.
+            if clear and _enough(states @ rule(FIRST_NODES).series.T) < FIRST_NODES:
                 return half, states
             share *= SHORTER
 
     def _start(self, states: Array, bits: int) -> tuple[Array, int]:
         """Coefficients of the orbit in doubles, (6, n), and n, the number that `bits` ask for."""
         series = states @ rule(states.shape[1]).series.T
-        # From each place on the largest coefficient: a single small one does not end a series.
-        tail = np.maximum.accumulate(np.abs(series).max(axis=0)[::-1])[::-1]
-        enough = max(4, int((tail > 2.0**-COEFFICIENT_BITS * tail[0]).sum()))
+        enough = max(4, _enough(series))
         # If coefficients decay geometrically, their number grows in proportion to the bits.
         n = -(-(int(FASTER * enough * bits / COEFFICIENT_BITS) + 4) // GRAIN) * GRAIN
         kept = np.zeros((6, n))
@@ -233,6 +233,13 @@ def _fundamental(J: Array, middle: Array, lengths: Array) -> Array:
     for k, step in enumerate(steps):
         np.matmul(step, Y[k], out=Y[k + 1])
     return Y
+
+
+def _enough(series: Array) -> int:
+    """Number of the first coefficients, of (6, n), that are more than round-off."""
+    # From each place on the largest coefficient: a single small one does not end a series.
+    tail = np.maximum.accumulate(np.abs(series).max(axis=0)[::-1])[::-1]
+    return int((tail > 2.0**-COEFFICIENT_BITS * tail[0]).sum())
 
 
 def _corrected(

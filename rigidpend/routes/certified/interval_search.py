@@ -50,7 +50,7 @@ STEP_OF_60_BITS, TRIES = 0.015, 1.3
 Measured with the bodies of Fig. 4 and Fig. 5 and one of Table 1. On a crowded machine whole runs of
 three bodies took 1.1 to 1.8 times as long as they are estimated so."""
 ROUGH = 1e-2
-"""Coefficients in u of half-lengths that are left out where they are smaller, t'."""
+"""Coefficients in u of half-lengths that are left out where they are smaller, in 1/momentum."""
 
 
 class ProvenInterval(NamedTuple):
@@ -119,6 +119,8 @@ def pieces(
     fine = _bits(starts.numbers.growth, J2, float(times.max()))
     if fine > MOST_BITS:
         raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
+    # Coefficients of momenta below 1 need units that are as much smaller.
+    fine += max(0, -setting.momentum_bits)
     grid = FamilyGrid(times.shape[1], 1, 1)
     middle = a.number(of.middle) * a.pi * 2
     phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * grid.at[0]
@@ -126,7 +128,8 @@ def pieces(
     # In 1/t' the fast phase turns by 1/rotation radians.
     length = min(LENGTH / setting.rate, TURNED * float(setting.level.rotation[0, 0]))
     in_time = IN_TIME + fine // BITS_PER_NODE
-    return steps_of(setting, begin, _halves(times, length), grid, (in_time, fine))
+    halves = _halves(times, length, ROUGH / setting.momentum)
+    return steps_of(setting, begin, halves, grid, (in_time, fine))
 
 
 def expected_seconds(problem: RouteProblem) -> float:
@@ -166,10 +169,10 @@ def _bits(growth: LogarithmicNorm, J2: float, time: float) -> int:
     return LEFT + math.ceil(float(growth.rate(arb(J2), arb(0))) * time / math.log(2))
 
 
-def _halves(times: Array, length: float) -> list[dict[Powers, int]]:
+def _halves(times: Array, length: float, rough: float) -> list[dict[Powers, int]]:
     """Half-lengths of steps in units of 2^-CLOCK: two steps at each crossing, others between.
 
-    `length` is that of the longest step, t'.
+    `length` is that of the longest step, t'; smaller coefficients than `rough` are left out.
     """
     beside = length / 2
     found = []
@@ -178,17 +181,17 @@ def _halves(times: Array, length: float) -> list[dict[Powers, int]]:
         steps = math.ceil(between.max() / length)
         # There are none before a first crossing that comes at once.
         if steps > 0:
-            found += steps * [_polynomial(between / (2 * steps))]
-        found += 2 * [_polynomial(0 * time + beside / 2)]
+            found += steps * [_polynomial(between / (2 * steps), rough)]
+        found += 2 * [_polynomial(0 * time + beside / 2, rough)]
     return found
 
 
-def _polynomial(values: Array) -> dict[Powers, int]:
+def _polynomial(values: Array, rough: float) -> dict[Powers, int]:
     """A polynomial in u of few terms near values at the nodes, in units of 2^-CLOCK."""
     n = len(values)
     series = chebyshev.chebfit(nodes(n, precision(53)), values, n - 1)
     # Steps need not end at the crossings exactly: small coefficients are left out, for short terms.
-    powers = chebyshev.cheb2poly(np.where(np.abs(series) > ROUGH, series, 0.0))
+    powers = chebyshev.cheb2poly(np.where(np.abs(series) > rough, series, 0.0))
     # All are coefficients of T_0(x), which are stored as twice what they stand for.
     found = {(0, k, 0): 2 * round(float(c) * 2**CLOCK) for k, c in enumerate(powers)}
     return {at: c for at, c in found.items() if c}

@@ -206,6 +206,18 @@ def test_a_heavier_body_with_faster_rotations_has_proven_symbols_too(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("times", [Fraction(1, 1024), Fraction(512)])
+def test_the_same_is_proven_in_other_units(times: Fraction, one: ProvenInterval) -> None:
+    """Momenta are so many times as large, energies by its square, and t' as much smaller."""
+    body, h = Body(BODY.A, BODY.r, BODY.mu * times**2), H0 * times**2
+    given = ShiftProblem(body, h, 1, h0=h), J1 * times, 1, 4
+    [found] = proven_intervals(PhaseInterval(0, 4), *given)
+    assert found.symbols == one.symbols
+    # Not by more steps: each is as long, counted in the unit of time.
+    assert len(found.pieces) == len(one.pieces)
+
+
+@pytest.mark.slow
 def test_what_is_claimed_of_an_interval_is_what_is_proven_of_it(
     one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -144,6 +144,45 @@ def test_other_orbits_begin_in_the_other_cell() -> None:
     assert 1e-5 < abs(one.trace / other.trace - 1) < 1e-3
 
 
+def exchanged(word: str) -> str:
+    """The word with 0 and 1 exchanged."""
+    return word.translate(str.maketrans("01", "10"))
+
+
+def assert_alike(one: str, other: str, body: Body = BODY) -> None:
+    """Orbits of both words have one period, trace and action."""
+    found = [closed_orbit(body, word, h=H, half_turns=TURNS) for word in (one, other)]
+    told = [(x.period, x.trace, float(actions([x.chain])[0])) for x in found]
+    # The rounding of chi, some 1e-14, times what a passage stretches, a few hundred.
+    assert told[1] == pytest.approx(told[0], rel=5e-12, abs=0)
+    assert found[0].mirrored == found[1].mirrored
+
+
+@pytest.mark.parametrize("word", ["001", "00101", "b 0010", "a 010011", "b 010001"])
+def test_an_orbit_is_read_from_any_upward_crossing_and_backward(word: str) -> None:
+    """Words of odd length are read twice, so that any symbol may be their first."""
+    cell, symbols = word.split() if " " in word else ("a", word)
+    step = 1 if len(symbols) % 2 else 2
+    assert_alike(word, f"{cell} {symbols[step:]}{symbols[:step]}")
+    assert_alike(word, f"{cell} {exchanged(symbols[::-1])}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("r", "cells"), [((1, 0, 0), "ab"), ((0, 1, 0), "ba")])
+@pytest.mark.parametrize("word", ["01", "0001", "010011"])
+def test_a_turn_by_pi_about_the_axis_of_the_centre_takes_orbits_to_orbits(
+    r: Any, cells: str, word: str
+) -> None:
+    """It exchanges both periodic orbits, left and right.
+
+    The image begins where the orbit crosses downwards, an odd number of cells further. About axis
+    1 phases grow by pi, which is another cell.
+    """
+    body = Body(BODY.A, r, BODY.mu)
+    for cell, image in zip("ab", cells, strict=True):
+        assert_alike(f"{cell} {word}", f"{image} {exchanged(word[1:] + word[:1])}", body)
+
+
 def test_wrong_words_are_refused() -> None:
     with pytest.raises(ParameterError, match="0 and 1"):
         closed_orbit(BODY, "012", h=H)

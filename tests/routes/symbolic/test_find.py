@@ -90,6 +90,20 @@ def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None
     assert address_of(FIG4, found.theta2_0, **START, n_symbols=7, precisions=(113,)) == address
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("code", ["0010", "b 11"])
+def test_an_orbit_returns_on_the_way_on_which_it_came(code: str) -> None:
+    """From its last crossing, at gamma3 = 0: the code goes on backward, 0 and 1 exchanged."""
+    found = find_orbit(FIG4, code, **START, digits=40)
+    n, back = len(found.word), found.word[:0:-1].translate(str.maketrans("01", "10"))
+    given: dict[str, Any] = {"n_symbols": 2 * n - 1, "precisions": (113,)}
+    routes = route_codes(FIG4, [found.theta2_0], **START, **given)
+    assert routes.words == [found.word + back]
+    # Errors of 40 digits have grown to some 1e-25: what is left is the rounding of times.
+    passages = np.diff(routes.crossing_time[:, 0])[1:]
+    np.testing.assert_allclose(passages, passages[::-1], rtol=1e-13)
+
+
 def test_whole_turns_of_a_phase_do_not_count() -> None:
     near, far = (find_orbit(FIG4, "011", **START, near=x) for x in ("1/10", "1/10 + pi*10**20"))
     assert str(near.address) == "a 0^8 1^8 1^13"
