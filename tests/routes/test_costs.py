@@ -82,6 +82,12 @@ def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
     assert near == pytest.approx(open_ * costs.integration(SLOW, (106,)))
 
 
+def test_what_rungs_decide_takes_no_time_of_a_far_precision() -> None:
+    """Measured of 95 orbits, of which none took more than 76 bits: as long as with the others."""
+    far, near = (costs.integration(problem(), x) for x in ((53, 1000), (53, 106, 160, 1000)))
+    assert 1 - 1e-9 < far / near < 1.3
+
+
 def test_maps_save_nothing_of_what_the_last_precision_leaves_open() -> None:
     """Of orbits of 300 symbols none is decided to its end; without more bits maps save all."""
     long = problem(n_symbols=300)
