@@ -12,15 +12,8 @@ from rigidpend import route_codes
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.routes import certainty, choice, costs
-from rigidpend.routes.cells import (
-    AXES,
-    Cells,
-    actions,
-    cell_problem,
-    cells_of_each,
-    cells_of_starts,
-)
+from rigidpend.routes import cells, certainty, choice, costs
+from rigidpend.routes.cells import Cells, actions, cell_problem, cells_of_each, cells_of_starts
 from rigidpend.routes.problem import passage_limit, phase_rate
 from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4, same
@@ -127,4 +120,4 @@ def test_rows_replace_one_value_and_no_other() -> None:
     wider = cell_problem(PROBLEM, {"alpha0": 1.8}).body
     assert float(wider.alpha0) == pytest.approx(1.8, rel=1e-15, abs=0)
     assert (wider.A[:2], wider.r, wider.mu) == (FIG4.A[:2], FIG4.r, FIG4.mu)
-    assert set(AXES) == {"log10_J1_0", "mu", "h0", "beta0", "alpha0"}
+    assert set(cells.AXES) == {"log10_J1_0", "mu", "h0", "beta0", "alpha0"}

@@ -7,16 +7,8 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.routes.certainty import (
-    FIRST_SCALES,
-    LIMIT_OF_UNEQUAL,
-    SECOND_SCALES,
-    THIRD_SCALES,
-    agreement,
-    climb,
-    decide,
-    undivided,
-)
+from rigidpend.routes import certainty
+from rigidpend.routes.certainty import LIMIT_OF_UNEQUAL, SECOND_SCALES, THIRD_SCALES, decide
 from rigidpend.routes.ladder import Rung, rungs
 from rigidpend.routes.start import Scales
 
@@ -77,31 +69,34 @@ def ladder(most: dict[int, int], known: int = 0) -> list[Rung]:
     ],
 )
 def test_all_must_agree_up_to_a_symbol(a: Crossings, b: Crossings, symbols: int) -> None:
-    found = agreement(a, b, RATE, LIMIT)
+    found = certainty.agreement(a, b, RATE, LIMIT)
     assert found[:, 0].tolist() == [k < symbols for k in range(3)]
-    np.testing.assert_array_equal(found, agreement(b, a, RATE, LIMIT))
+    np.testing.assert_array_equal(found, certainty.agreement(b, a, RATE, LIMIT))
+
+
+STAYS, TOO_LONG = (ended(outcome=x) for x in (Outcome.NO_CROSSING, Outcome.TOO_LONG))
 
 
 @pytest.mark.parametrize(
-    ("second", "again"),
+    ("first", "second", "again"),
     [
-        # Both find two crossings alike, and then none within the limit:
-        (ended(outcome=Outcome.NO_CROSSING), False),
+        # Both find two crossings alike, and then none within the limit, or take too many steps:
+        (STAYS, STAYS, False),
+        (TOO_LONG, TOO_LONG, False),
         # one finds another, or another time, or has given up.
-        (record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.NO_CROSSING), True),
-        (record([10.0, None, None, None], (2, 0, 0, 0), Outcome.NO_CROSSING), True),
-        (ended(20.0 + FAR, Outcome.NO_CROSSING), True),
-        (ended(outcome=Outcome.FAILED), True),
-        (record(), True),
+        (STAYS, record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.NO_CROSSING), True),
+        (STAYS, record([10.0, None, None, None], (2, 0, 0, 0), Outcome.NO_CROSSING), True),
+        (STAYS, ended(20.0 + FAR, Outcome.NO_CROSSING), True),
+        (STAYS, ended(outcome=Outcome.FAILED), True),
+        (STAYS, record(), True),
     ],
 )
 def test_an_orbit_that_two_computations_see_stay_is_computed_no_more(
-    second: Crossings, again: bool
+    first: Crossings, second: Crossings, again: bool
 ) -> None:
     """Two in doubles, in either order, or one in doubles and one in 64 bits."""
-    stays = ended(outcome=Outcome.NO_CROSSING)
     for most in (1, 2) if second.time[1] != 20.0 + FAR else (2,):
-        for both in ([stays, second], [second, stays]):
+        for both in ([first, second], [second, first]):
             coming, asked = iter([*both, record(), record()]), list[int]()
 
             def compute(bits: int, *_: Any, coming: Any = coming, asked: Any = asked) -> Crossings:
@@ -114,29 +109,11 @@ def test_an_orbit_that_two_computations_see_stay_is_computed_no_more(
             assert again or found.certain[:, 0].tolist() == [True, False, False]
 
 
-@pytest.mark.parametrize(("most", "computed"), [(1, [53, 64]), (2, [53, 53])])
-def test_an_orbit_that_takes_too_many_steps_is_computed_no_more_once_its_symbols_are_certain(
-    most: int, computed: list[int]
-) -> None:
-    asked: list[int] = []
-
-    def compute(bits: int, *_: Any) -> Crossings:
-        asked.append(bits)
-        return ended(outcome=Outcome.TOO_LONG)
-
-    found = decide(compute, 1, RATE, ladder({53: most, 64: most, 106: most}))
-    assert asked == computed
-    assert found.certain[:, 0].tolist() == [True, False, False]
-
-
 class Noted:
-    """Computations of columns, whose crossings are late; it writes down what it is asked.
-
-    By (n,) for each computation, or by (4, n) where each crossing has its own.
-    """
+    """Computations of columns, (n,) or each crossing, (4, n), late; writes down what is asked."""
 
     def __init__(self, **late: Any) -> None:
-        scales = {"first": FIRST_SCALES, "second": SECOND_SCALES, "third": THIRD_SCALES}
+        scales = {"first": certainty.FIRST_SCALES, "second": SECOND_SCALES, "third": THIRD_SCALES}
         split = {key.partition("_"): np.asarray(by) for key, by in late.items()}
         self.late = {(int(bits), scales[name]): by for (name, _, bits), by in split.items()}
         self.asked: list[tuple[int, Scales, list[int]]] = []
@@ -153,10 +130,7 @@ UNASKED = 1.0
 
 
 def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
-    """Each column for itself: how late its second and its third computation are, and its symbols.
-
-    Four numbers are those of its crossings.
-    """
+    """Each column for itself: how late its second and third computation are, and its symbols."""
     table: list[tuple[Any, Any, int]] = [
         # A millionth of a radian is the most that two computations settle,
         (0.0, UNASKED, 3),
@@ -244,7 +218,7 @@ def test_what_is_beside_the_last_computation_must_confirm_a_further_one_too(most
         return noted(53, THIRD_SCALES, columns)
 
     first, second = ladder({106: most, 160: 1}, known=90)
-    climb(noted, found, 1.0, [first._replace(beside=beside), second])
+    certainty.climb(noted, found, 1.0, [first._replace(beside=beside), second])
     assert found.bits.tolist() == [106, 106, 160, 160, 160, 160]
     # It is made for columns in which the last one is near, and beside that one alone.
     assert asked == [0, 1, 2, 4, 5]
@@ -254,10 +228,7 @@ def test_what_is_beside_the_last_computation_must_confirm_a_further_one_too(most
 def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradicts_it(
     known: int,
 ) -> None:
-    """More than a quarter of a radian contradicts it, though no two establish one that far apart.
-
-    Columns by how late two further computations are up to the symbols that are certain.
-    """
+    """More than a quarter of a radian does: columns by how late two computations are up to it."""
     within, beyond = 0.99 * COARSE, 1.01 * COARSE
     first, second = np.array(
         [(within, 0.0), (within, 2 * within), (beyond, within), (0.0, beyond)]
@@ -273,18 +244,9 @@ def test_a_symbol_that_is_certain_stays_so_unless_a_further_computation_contradi
     def beside(columns: Any) -> Crossings:
         return noted(160, THIRD_SCALES, columns)
 
-    climb(noted, found, 1.0, [Rung(106, 2, 97 - known, beside if known == 90 else None)])
+    certainty.climb(noted, found, 1.0, [Rung(106, 2, 97 - known, beside if known == 90 else None)])
     assert found.certain.sum(axis=0).tolist() == [2, 2, 0, 0]
     assert found.bits.tolist() == [106] * 4
-
-
-def test_a_single_computation_decides_nothing_until_a_sharper_one_agrees() -> None:
-    """That of doubles is in other scales than the one that it is compared with."""
-    noted = Noted(second_53=[0, 0], first_64=[0.99e-2, 1.01e-2], first_106=[1, 1.01e-2])
-    found = decide(noted, 2, 1.0, ladder({53: 1, 64: 1, 106: 1}))
-    assert found.certain.all(axis=0).tolist() == [True, True]
-    assert found.bits.tolist() == [64, 106]
-    assert not decide(noted, 2, 1.0, [Rung(53, most=1)]).certain.any()
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])
@@ -297,13 +259,17 @@ def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
         second_106=[5, 0, 1, 1 + 1e-5, 6],
         third_106=[5, 0, 1, 1, 7],
     )
-    division = Mock(side_effect=undivided)
+    division = Mock(side_effect=certainty.undivided)
     found = decide(noted, 5, 1.0, ladder({53: 2, 106: most}), division)
     assert [given.args for given in division.call_args_list] == [(5, 53), (4, 106)]
     assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3)), False]
     assert found.bits.tolist() == [53, *[106] * 4]
     every = list(range(5))
-    asked = [(53, FIRST_SCALES, every), (53, SECOND_SCALES, every), (106, FIRST_SCALES, every[1:])]
+    asked = [
+        (53, certainty.FIRST_SCALES, every),
+        (53, SECOND_SCALES, every),
+        (106, certainty.FIRST_SCALES, every[1:]),
+    ]
     asked += [(106, SECOND_SCALES, [2, 3, 4]), (106, THIRD_SCALES, [3])]
     assert noted.asked == asked[: 2 + most]
     assert found.crossings.time[:, 1].tolist() == BASE

@@ -1,6 +1,5 @@
 """The model of what routes cost: its shape, its limits from both sides, and the warning."""
 
-import math
 import warnings
 from fractions import Fraction
 from typing import Any
@@ -13,7 +12,6 @@ from rigidpend.experiments.bench.problems import drawn
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.return_map import build
 from rigidpend.routes import choice, costs, mapped
-from rigidpend.routes.problem import closeness
 from tests.bodies import FIG4, problem
 
 SLOW = problem(Body((2, "1.9", "1.95"), FIG4.r, "0.001"))
@@ -90,14 +88,6 @@ def test_what_rungs_decide_takes_no_time_of_a_far_precision() -> None:
     assert 1 - 1e-9 < far / near < 1.3
 
 
-@pytest.mark.parametrize("bits", [53, 82])
-def test_a_displacement_of_surfaces_costs_its_own_bits(bits: int) -> None:
-    less = bits - closeness(SLOW) / math.log(2)
-    expected = costs.share_open(SLOW, less, displaced=False)
-    assert costs.share_open(SLOW, bits) == pytest.approx(expected, rel=1e-12, abs=0)
-    assert expected > 2 * costs.share_open(SLOW, bits, displaced=False)
-
-
 def test_maps_save_nothing_of_what_the_last_precision_leaves_open() -> None:
     """Of orbits of 300 symbols none is decided to its end; without more bits maps save all."""
     long = problem(n_symbols=300)
@@ -156,9 +146,7 @@ def test_what_an_orbit_takes_beyond_the_maps_is_told_where_none_is_expected() ->
 
 
 @pytest.mark.parametrize("orbits", [1000, 20_000])
-def test_orbits_are_expected_to_take_the_cheaper_way(
-    orbits: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_orbits_are_expected_to_take_the_cheaper_way(orbits: int, monkeypatch: Any) -> None:
     integrated = orbits * costs.integration(problem())
     by_maps = orbits * costs.by_maps(problem())
     # And of the samples that are integrated once, in doubles and in further bits.

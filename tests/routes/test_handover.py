@@ -1,12 +1,11 @@
 """Orbits that maps leave open, handed over from an integration to a map."""
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
-from rigidpend.mechanics.free_body import symbols
 from rigidpend.orbits import columns as columns_of
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -27,77 +26,73 @@ PROBLEM = problem(n_symbols=40)
 PHASES = np.linspace(0.01, 6.27, 60)
 
 
-def run(precisions: tuple[int, ...] = (53, 106, 160)) -> Run:
-    return Run(PROBLEM, Phases(PHASES), resolve(precisions=precisions))
-
-
-@pytest.fixture(scope="module")
-def maps() -> Maps:
-    """Of 64 and 75 bits, which leave some of the orbits open."""
-    return Maps(run())
-
-
-@pytest.fixture(scope="module")
-def known(maps: Maps) -> Decided:
-    compute, _ = choice.with_maps(maps, maps.run.crossings, ())
-    return certainty.decide(compute, len(PHASES), maps.run.rate, maps.ladder)
-
-
-@pytest.fixture(scope="module")
-def open_(known: Decided) -> Any:
-    found = np.flatnonzero(~known.certain.all(axis=0))
-    assert found.size > 8
-    return found
-
-
-@pytest.fixture(scope="module")
-def exact(maps: Maps) -> Crossings:
-    """What more bits find without a map."""
-    return maps.run.crossings(160, certainty.THIRD_SCALES, np.arange(len(PHASES)))
-
-
-@pytest.fixture(scope="module")
-def whole(exact: Crossings, open_: Any) -> Crossings:
-    """That of the orbits that maps leave open."""
-    return columns_of(exact, open_)
-
-
 LADDER = rungs((88, 106, 109, 120, 160, 500))
 
 
-def taken_over(maps: Maps, bits: int, columns: Any, known: Decided) -> Any:
-    # Of 88 bits the first map takes over, and of 106 the second, which found what is known.
-    more = kept_bits(bits) - maps.built_bits[FIRST if bits == 88 else SECOND]
-    return handover.handover(maps, more, columns, known)
+def run() -> Run:
+    return Run(PROBLEM, Phases(PHASES), resolve(precisions=(53, 106, 160)))
 
 
-def copied(known: Decided) -> Decided:
-    return columns_of(known, np.arange(len(PHASES)))
+class Orbits(NamedTuple):
+    """Orbits followed by maps of 64 and 75 bits, which leave some of them open."""
+
+    maps: Maps
+    known: Decided
+    open_: Any
+    exact: Crossings
+    """What more bits find without a map."""
+
+    def at(self, bits: int) -> tuple[Any, Any]:
+        """Crossings at which a map takes over open orbits, and these."""
+        # Of 88 bits the first map takes over, and of 106 the second, which found what is known.
+        more = kept_bits(bits) - self.maps.built_bits[FIRST if bits == 88 else SECOND]
+        at = handover.handover(self.maps, more, self.open_, self.known)
+        return at[at > 0], self.open_[at > 0]
 
 
-def nobody(*_: Any) -> Crossings:
-    raise AssertionError("an orbit is integrated to its end")
+@pytest.fixture(scope="module")
+def orbits() -> Orbits:
+    maps = Maps(run())
+    compute, _ = choice.with_maps(maps, maps.run.crossings, ())
+    known = certainty.decide(compute, len(PHASES), maps.run.rate, maps.ladder)
+    open_ = np.flatnonzero(~known.certain.all(axis=0))
+    assert open_.size > 8
+    exact = maps.run.crossings(160, certainty.THIRD_SCALES, np.arange(len(PHASES)))
+    return Orbits(maps, known, open_, exact)
+
+
+class Integrated:
+    """Integrations of orbits to their ends, which find what is known; what is asked of them."""
+
+    def __init__(self, known: Decided) -> None:
+        self.known, self.asked = known, list[tuple[int, Any, list[int]]]()
+
+    def __call__(self, bits: int, scales: Any, columns: Any) -> Crossings:
+        self.asked.append((bits, scales, list(columns)))
+        return columns_of(self.known.crossings, columns)
 
 
 @pytest.mark.parametrize("bits", [88, 106])
 def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrated(
-    maps: Maps, known: Decided, open_: Any, whole: Crossings, bits: int
+    orbits: Orbits, bits: int
 ) -> None:
-    at = taken_over(maps, bits, open_, known)
-    some = at > 0
-    assert some.sum() >= 2
-    found = handed_over(maps, nobody, known, LADDER)(bits, certainty.FIRST_SCALES, open_[some])
-    by_integration = maps.run.crossings(bits, certainty.FIRST_SCALES, open_[some])
-    own = by_integration.time - columns_of(whole, some).time
+    maps, known, _, exact = orbits
+    at, some = orbits.at(bits)
+    assert some.size >= 2
+    to_end = Integrated(known)
+    found = handed_over(maps, to_end, known, LADDER)(bits, certainty.FIRST_SCALES, some)
+    assert not to_end.asked
+    by_integration = maps.run.crossings(bits, certainty.FIRST_SCALES, some)
+    own = by_integration.time - exact.time[:, some]
     assert (found.outcome == Outcome.COMPLETE).all()
     assert (found.separatrix == by_integration.separatrix).all()
     # A map's errors are seen to be 2^-13 of it at most in the mean: that of one orbit may be more,
     # but no part of it that counts. Doubles store times of 500.
-    behind = np.arange(len(own))[:, None] >= at[some]
+    behind = np.arange(len(own))[:, None] >= at
     gap = np.abs(found.time - by_integration.time)[behind]
     assert (gap <= 0.02 * np.abs(own)[behind] + 1e-12).all()
     # What is known before errs by ten times as much and more.
-    before = columns_of(known.crossings, open_[some]).time - columns_of(whole, some).time
+    before = (known.crossings.time - exact.time)[:, some]
     assert np.median(np.abs(before[-1] / own[-1])) > 10
 
 
@@ -105,11 +100,7 @@ def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrat
     ("pair", "turns"), [((64, 75), [FIRST, SECOND]), ((64, 53), [SECOND, FIRST])]
 )
 def test_orbits_are_handed_over_to_the_map_that_did_not_find_what_is_known(
-    known: Decided,
-    open_: Any,
-    pair: tuple[int, int],
-    turns: list[Design],
-    monkeypatch: pytest.MonkeyPatch,
+    orbits: Orbits, pair: tuple[int, int], turns: list[Design], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where only the first map has more than 53 bits, it found that, and comes second."""
     monkeypatch.setattr(costs, "wanted", lambda _: (pair, (53, 53)))
@@ -121,15 +112,15 @@ def test_orbits_are_handed_over_to_the_map_that_did_not_find_what_is_known(
         raise ArithmeticError
 
     monkeypatch.setattr(maps, "onward", onward)
-    computing = handed_over(maps, nobody, known, LADDER)
+    computing = handed_over(maps, Integrated(orbits.known), orbits.known, LADDER)
     for bits in (88, 106):
         with pytest.raises(ArithmeticError):
-            computing(bits, certainty.FIRST_SCALES, open_)
+            computing(bits, certainty.FIRST_SCALES, orbits.open_)
     assert used == turns
 
 
 def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_map(
-    known: Decided, open_: Any, monkeypatch: pytest.MonkeyPatch
+    orbits: Orbits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first map's own computation, of 82 bits, leaves terms out."""
     monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
@@ -145,11 +136,11 @@ def test_deep_passages_are_handed_over_to_whole_tables_as_sharp_as_the_second_ma
 
     monkeypatch.setattr(ReturnMap, "program", watched)
     monkeypatch.setattr(handover, "handover", nowhere)
-    one = columns_of(known.crossings, open_[:1])
+    _, known, open_, _ = orbits
     for fewer in (0, 3):
         monkeypatch.setattr(handover, "narrower", lambda _, fewer=fewer: fewer)
         for bits in (106, 109):
-            computed = handed_over(maps, lambda *_: one, known, LADDER)
+            computed = handed_over(maps, Integrated(known), known, LADDER)
             computed(bits, certainty.FIRST_SCALES, open_[:1])
     # Of pairs of doubles 97 bits count. A map of a layer narrower by 3 bits is as much sharper, and
     # its errors in doubles begin as much below `GROWING`.
@@ -232,116 +223,70 @@ RATE = run().rate
     ids=["nearly in time", "late", "mirrored", "another crossing"],
 )
 def test_an_orbit_that_is_not_where_it_is_known_to_cross_is_integrated_to_its_end(
-    maps: Maps, known: Decided, open_: Any, spoil: Any, whole: bool
+    orbits: Orbits, spoil: Any, whole: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    at = taken_over(maps, 88, open_, known)
-    at, some = at[at > 0], open_[at > 0]
-    wrong, asked = copied(known), []
+    known, (at, some) = orbits.known, orbits.at(88)
+    wrong, to_end = columns_of(known, np.arange(len(PHASES))), Integrated(known)
     spoil(wrong.crossings, (at, some))
-
-    def integrated(bits: int, scales: Any, columns: Any) -> Crossings:
-        asked.append((bits, scales, columns.tolist()))
-        return columns_of(known.crossings, columns)
-
     # Where they are handed over is not what is on trial.
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(handover, "handover", lambda *_: at)
-        handed_over(maps, integrated, wrong, LADDER)(88, certainty.FIRST_SCALES, some)
-    assert asked == ([(88, certainty.FIRST_SCALES, some.tolist())] if whole else [])
+    monkeypatch.setattr(handover, "handover", lambda *_: at)
+    handed_over(orbits.maps, to_end, wrong, LADDER)(88, certainty.FIRST_SCALES, some)
+    assert to_end.asked == ([(88, certainty.FIRST_SCALES, some.tolist())] if whole else [])
 
 
 @pytest.mark.parametrize(("share", "whole"), [(0.99, False), (1.01, True), (-1.01, True)])
 def test_the_orbit_that_is_left_beside_the_section_is_integrated_to_its_end(
-    maps: Maps,
-    known: Decided,
-    open_: Any,
-    monkeypatch: pytest.MonkeyPatch,
-    share: float,
-    whole: bool,
+    orbits: Orbits, share: float, whole: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A bit of 88 is 2^-88: a crossing may be off by 2^8 of them. Those that come first, first."""
-    asked: list[int] = []
+    known, (at, some), to_end = orbits.known, orbits.at(88), Integrated(orbits.known)
 
     def beside(*given: Any, **more: Any) -> Any:
         time, states, late = at_crossings(*given, **more)
         assert (np.abs(late) < 2.0 ** (8 - 88)).all()
         return time, states, np.append(share * 2.0 ** (8 - 88), late[1:])
 
-    def integrated(_: int, __: Any, columns: Any) -> Crossings:
-        asked.extend(columns)
-        return columns_of(known.crossings, columns)
-
     assert TIME_ERROR_BITS == 8
     monkeypatch.setattr(handover, "at_crossings", beside)
-    at = taken_over(maps, 88, open_, known)
-    at, some = at[at > 0], open_[at > 0]
     first = some[np.argmin(known.crossings.time[at, some])]
     assert first != some[0]
-    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST_SCALES, some)
-    assert asked == ([first] if whole else [])
+    handed_over(orbits.maps, to_end, known, LADDER)(88, certainty.FIRST_SCALES, some)
+    assert [columns for _, _, columns in to_end.asked] == ([[first]] if whole else [])
 
 
 def test_an_orbit_that_leaves_the_tables_is_integrated_to_its_end(
-    maps: Maps, known: Decided, open_: Any, monkeypatch: pytest.MonkeyPatch
+    orbits: Orbits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    onward, asked = Maps.onward, []
+    onward, (_, some), to_end = Maps.onward, orbits.at(88), Integrated(orbits.known)
 
     def left(self: Maps, *given: Any, **more: Any) -> Any:
         beside, further = onward(self, *given, **more)
         further.separatrix[3:] = 0
         return beside, further
 
-    def integrated(_: int, __: Any, columns: Any) -> Crossings:
-        asked.extend(columns)
-        return columns_of(known.crossings, columns)
-
     monkeypatch.setattr(Maps, "onward", left)
-    at = taken_over(maps, 88, open_, known)
-    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST_SCALES, open_[at > 0])
-    assert sorted(asked) == open_[at > 0].tolist()
+    handed_over(orbits.maps, to_end, orbits.known, LADDER)(88, certainty.FIRST_SCALES, some)
+    assert sorted(k for _, _, columns in to_end.asked for k in columns) == some.tolist()
 
 
-@pytest.mark.parametrize("bits", [88, 500])
+@pytest.mark.parametrize(
+    ("bits", "scales"), [(88, certainty.SECOND_SCALES), (500, certainty.FIRST_SCALES)]
+)
 def test_what_confirms_is_integrated_and_so_is_what_the_kernel_has_no_numbers_for(
-    maps: Maps, known: Decided, open_: Any, bits: int, monkeypatch: pytest.MonkeyPatch
+    orbits: Orbits, bits: int, scales: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(handover, "handover", None)
-    asked = []
-
-    def integrated(_: int, scales: Any, columns: Any) -> Crossings:
-        asked.append(scales)
-        return columns_of(known.crossings, columns)
-
-    scales = certainty.SECOND_SCALES if bits == 88 else certainty.FIRST_SCALES
-    handed_over(maps, integrated, known, LADDER)(bits, scales, open_)
-    assert asked == [scales]
-
-
-def test_symbols_of_orbits_that_are_handed_over_are_those_of_integrations(
-    maps: Maps, open_: Any, whole: Crossings
-) -> None:
-    """Only in the last precision is an orbit followed more than once."""
-    asked, own = [], Run.crossings
-
-    def counted(self: Run, bits: int, scales: Any, columns: Any) -> Crossings:
-        asked.append((bits, scales))
-        return own(self, bits, scales, columns)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Run, "crossings", counted)
-        found = choice.by_maps(maps, sampled=False)
-    assert found.certain.all()
-    assert not found.by_map[open_].any()
-    assert (symbols(found.crossings.separatrix[:, open_]) == symbols(whole.separatrix)).all()
-    assert all(scales == certainty.FIRST_SCALES for bits, scales in asked if bits < 160)
+    to_end = Integrated(orbits.known)
+    handed_over(orbits.maps, to_end, orbits.known, LADDER)(bits, scales, orbits.open_)
+    assert to_end.asked == [(bits, scales, orbits.open_.tolist())]
 
 
 @pytest.mark.parametrize("wrong", [FIRST, SECOND])
 def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
-    maps: Maps, exact: Crossings, monkeypatch: pytest.MonkeyPatch, wrong: Design
+    orbits: Orbits, monkeypatch: pytest.MonkeyPatch, wrong: Design
 ) -> None:
     """It says so of all that it follows, from the start and from where it takes over."""
-    late, crossings, onward = 1.0 / RATE, Maps.crossings, Maps.onward
+    late, exact, crossings, onward = 1.0 / RATE, orbits.exact, Maps.crossings, Maps.onward
 
     def from_start(self: Maps, bits: int, scales: Any, columns: Any) -> Crossings:
         found = crossings(self, bits, scales, columns)
@@ -359,7 +304,8 @@ def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
 
     monkeypatch.setattr(Maps, "crossings", from_start)
     monkeypatch.setattr(Maps, "onward", from_there)
-    found = choice.by_maps(maps, sampled=False)
+    found = choice.by_maps(orbits.maps, sampled=False)
+    assert not found.by_map[orbits.open_].any()
     gap = RATE * np.abs(found.crossings.time[-1] - exact.time[-1])
     assert found.certain[-1].any()
     assert (gap[found.certain[-1]] < 2 * certainty.LIMIT_OF_UNEQUAL).all()

@@ -2,29 +2,7 @@
 
 import pytest
 
-from rigidpend.routes.ladder import fits, integrations, rungs
-
-
-@pytest.mark.parametrize(
-    ("bits", "others", "pays"),
-    [
-        # At least eight bits from each precision,
-        (61, (53, 106), True),
-        (60, (53, 106), False),
-        (98, (53, 106), True),
-        (99, (53, 106), False),
-        (114, (53, 106, 160), True),
-        (113, (53, 106, 160), False),
-        # and between the first and the last.
-        (45, (53, 106), False),
-        (106, (53, 106), False),
-        (115, (53, 106), False),
-    ],
-)
-def test_a_rung_pays_between_precisions_and_apart_from_them(
-    bits: int, others: tuple[int, ...], pays: bool
-) -> None:
-    assert fits(bits, others) is pays
+from rigidpend.routes.ladder import integrations, rungs
 
 
 @pytest.mark.parametrize(
@@ -32,17 +10,15 @@ def test_a_rung_pays_between_precisions_and_apart_from_them(
     [
         ((106, 160), 53, (64, 76, 88, 106, 120, 131, 160)),
         ((106, 160), 75, (88, 106, 120, 131, 160)),
-        ((106, 160), 88, (106, 120, 131, 160)),
         ((113,), 53, (64, 76, 88, 113)),
         # At least eight bits from all that are asked for or known.
         ((72,), 53, (64, 72)),
         ((71,), 53, (71,)),
         ((106,), 68, (76, 88, 106)),
         ((106,), 69, (88, 106)),
-        ((64,), 53, (64,)),
         ((), 53, ()),
-        ((160,), 106, (120, 131, 160)),
         ((160,), 101, (109, 120, 131, 160)),
+        ((160,), 102, (120, 131, 160)),
         # One in pairs of doubles keeps 97 bits, which would be less than is known.
         ((106, 160), 98, (109, 120, 131, 160)),
         ((106, 160), 97, (106, 120, 131, 160)),
@@ -68,7 +44,6 @@ def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
         (106, 0, {106: 4, 120: 14, 131: 11, 160: 29}),
         (97, 0, {106: 4, 109: 12, 120: 11, 131: 11, 160: 29}),
         (106, 4, {106: 4, 120: 14, 131: 11, 160: 29}),
-        (106, 5, {109: 16, 120: 11, 131: 11, 160: 29}),
         (97, 5, {109: 16, 120: 11, 131: 11, 160: 29}),
     ],
 )

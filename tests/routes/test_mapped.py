@@ -35,14 +35,12 @@ def run(
 
 
 Asked: TypeAlias = list[tuple[int, Design, float]]
+But: TypeAlias = Callable[..., Asked]
 
 
 @pytest.fixture
-def but(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Asked]:
-    """Maps in doubles in the place of any, but for some bits in which none settles.
-
-    The function gives those that are asked for from then on, with the seconds they may take.
-    """
+def but(monkeypatch: pytest.MonkeyPatch) -> But:
+    """Maps in doubles for any, but for bits in which none settles; gives what is asked for then."""
 
     def settle(*unsettled: int) -> Asked:
         asked: Asked = []
@@ -115,17 +113,12 @@ def test_starts_are_those_of_the_exact_phases_in_every_precision(
         (9.6, [90], (64, 75)),
         (9.6, [90, 75, 72], (82, 53)),
         (9.6, [82], (82, 90)),
-        (9.6, [82, 90], (64, 75)),
         (9.6, [82, 90, 64], (53, 53)),
         (9.6, [82, 90, 64, 53], None),
     ],
 )
 def test_passages_that_take_long_ask_for_sharper_tables_and_what_does_not_settle_for_less(
-    rotations: float,
-    unsettled: list[int],
-    pair: tuple[int, int] | None,
-    but: Callable[..., Asked],
-    monkeypatch: pytest.MonkeyPatch,
+    rotations: float, unsettled: list[int], pair: Any, but: But, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
     asked = but(*unsettled)
@@ -154,13 +147,8 @@ def test_three_maps_are_made_where_these_decide_all(monkeypatch: pytest.MonkeyPa
         assert mapped.designs_of(problem(), 10) == [FIRST, SECOND, THIRD][:maps]
 
 
-def test_each_of_two_maps_as_sharp_makes_one_computation_in_the_most_bits(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """By one map twice, a computation would agree with itself; the last is compared with another's.
-
-    The one that comes beside it is the second map's, of the columns that are asked for.
-    """
+def test_each_of_two_maps_as_sharp_makes_one_computation_in_the_most_bits(monkeypatch: Any) -> None:
+    """By one map twice, it would agree with itself; beside the last comes the second map's."""
     monkeypatch.setattr(costs, "passage_rotations", lambda _: costs.DEEP)
     maps, every = mapped.Maps(run()), np.arange(8)
     assert [maps.design_of(90, scales) for scales in BOTH] == [SECOND, FIRST]
@@ -208,83 +196,49 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles(
 
 
 @pytest.mark.parametrize(
-    ("unsettled", "rungs"), [((), ()), ((75,), (88,)), ((75, 72), (88,)), ((64,), (64, 76, 88))]
-)
-def test_what_maps_leave_open_is_integrated_in_bits_apart_from_those_that_they_count_for(
-    unsettled: tuple[int, ...], rungs: tuple[int, ...], but: Callable[..., Asked]
-) -> None:
-    """Maps of 75 bits count for 83, too near to 88, those of 72 for 80, and doubles for doubles."""
-    but(*unsettled)
-    beyond = mapped.Maps(run()).beyond
-    assert [rung.bits for rung in beyond] == [*rungs, 106, 120, 131, 160]
-    # One computation is made in each but the last.
-    assert [rung.most for rung in beyond] == [*[1] * (len(beyond) - 1), 3]
-
-
-@pytest.mark.parametrize(
-    ("unsettled", "bits", "known", "more"),
-    [
-        ((), 94, 75, 11),
-        ((), 93, 75, 10),
-        ((), 83, 75, 0),
-        ((), 82, 64, 10),
-        ((), 76, 64, 4),
-        ((75,), 91, 72, 11),
-        ((75,), 88, 72, 8),
-        ((64,), 64, 53, 11),
-    ],
-)
-def test_beside_an_integration_a_map_counts_for_eight_bits_more_but_in_doubles(
-    unsettled: tuple[int, ...], bits: int, known: int, more: int, but: Callable[..., Asked]
-) -> None:
-    """Which sets the limit up to which the two must agree."""
-    but(*unsettled)
-    maps = mapped.Maps(run(precisions=(53, bits)))
-    [rung] = maps.beyond
-    assert (maps.most_bits, rung.bits, rung.more) == (known, bits, more)
-
-
-@pytest.mark.parametrize(
-    ("rotations", "more", "precisions", "beyond"),
+    ("rotations", "unsettled", "more", "precisions", "beyond"),
     [
         # Maps of 75 bits count for 83 beside an integration, and pairs of doubles for 97.
-        (9.4, 0, PRECISIONS, {106: 14, 120: 14, 131: 11, 160: 29}),
-        (9.4, 14, PRECISIONS, {106: 0, 120: 14, 131: 11, 160: 29}),
+        (9.4, (), 0, PRECISIONS, {106: 14, 120: 14, 131: 11, 160: 29}),
+        (9.4, (), 14, PRECISIONS, {106: 0, 120: 14, 131: 11, 160: 29}),
         # Then pairs would be less sharp than what is known.
-        (9.4, 15, PRECISIONS, {109: 11, 120: 11, 131: 11, 160: 29}),
+        (9.4, (), 15, PRECISIONS, {109: 11, 120: 11, 131: 11, 160: 29}),
+        # That of 75 bits counts for 83, or else that of 64 for 72.
+        *((9.4, (), 0, (53, bits), {bits: more}) for bits, more in ((94, 11), (83, 0), (82, 10))),
+        # Those of 72 count for 80, those of 64 for 72, and doubles for doubles.
+        (9.4, (75,), 0, PRECISIONS, {88: 8, 106: 9, 120: 14, 131: 11, 160: 29}),
+        (9.4, (75,), 0, (53, 91), {91: 11}),
+        (9.4, (75, 72), 0, PRECISIONS, {88: 16, 106: 9, 120: 14, 131: 11, 160: 29}),
+        (9.4, (64,), 0, PRECISIONS, {64: 11, 76: 12, 88: 12, 106: 9, 120: 14, 131: 11, 160: 29}),
+        (9.4, (64,), 0, (53, 64), {64: 11}),
         # Two maps of 90 bits count for 90. Where both confirm pairs, these have to keep seven bits
         # more than the maps count for.
-        (9.6, 0, PRECISIONS, {106: 7, 120: 14, 131: 11, 160: 29}),
-        (9.6, 1, PRECISIONS, {109: 18, 120: 11, 131: 11, 160: 29}),
-        (9.6, 5, PRECISIONS, {109: 14, 120: 11, 131: 11, 160: 29}),
+        (9.6, (), 0, PRECISIONS, {106: 7, 120: 14, 131: 11, 160: 29}),
+        (9.6, (), 1, PRECISIONS, {109: 18, 120: 11, 131: 11, 160: 29}),
         # Where passages are very deep pairs keep 97 bits beside what is sharper.
-        (19.9, 0, PRECISIONS, {106: 7, 120: 14, 131: 11, 160: 29}),
-        (20.0, 0, PRECISIONS, {106: 7, 109: 12, 120: 11, 131: 11, 160: 29}),
-        (20.0, 1, PRECISIONS, {109: 18, 120: 11, 131: 11, 160: 29}),
-        (20.0, 2, PRECISIONS, {109: 17, 120: 11, 131: 11, 160: 29}),
-        (20.0, 3, PRECISIONS, {109: 16, 120: 11, 131: 11, 160: 29}),
-        (20.0, 7, PRECISIONS, {109: 12, 120: 11, 131: 11, 160: 29}),
-        (20.0, 8, PRECISIONS, {109: 11, 120: 11, 131: 11, 160: 29}),
+        (19.9, (), 0, PRECISIONS, {106: 7, 120: 14, 131: 11, 160: 29}),
+        (20.0, (), 0, PRECISIONS, {106: 7, 109: 12, 120: 11, 131: 11, 160: 29}),
+        (20.0, (), 1, PRECISIONS, {109: 18, 120: 11, 131: 11, 160: 29}),
+        (20.0, (), 2, PRECISIONS, {109: 17, 120: 11, 131: 11, 160: 29}),
+        (20.0, (), 3, PRECISIONS, {109: 16, 120: 11, 131: 11, 160: 29}),
         # The first map alone, where 90 bits are too near to what is asked for.
-        (20.0, 0, (53, 97, 160), {97: 7, 109: 12, 120: 11, 131: 11, 160: 29}),
-        (9.6, 2, (53, 97, 160), {97: 5, 109: 12, 120: 11, 131: 11, 160: 29}),
+        (20.0, (), 0, (53, 97, 160), {97: 7, 109: 12, 120: 11, 131: 11, 160: 29}),
+        (9.6, (), 2, (53, 97, 160), {97: 5, 109: 12, 120: 11, 131: 11, 160: 29}),
     ],
 )
 def test_integrations_are_sharper_than_maps_by_the_bits_for_which_both_count(
-    rotations: float,
-    more: int,
-    precisions: tuple[int, ...],
-    beyond: dict[int, int],
-    but: Callable[..., Asked],
-    monkeypatch: pytest.MonkeyPatch,
+    rotations: float, unsettled: Any, more: int, precisions: Any, beyond: Any, but: But
 ) -> None:
     """A map of a narrower layer holds as many digits of d more."""
-    but()
-    monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
-    maps = mapped.Maps(run(precisions=precisions))
-    monkeypatch.setattr(mapped, "narrower", lambda _: more)
-    found = maps.beyond
+    but(*unsettled)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(costs, "passage_rotations", lambda _: rotations)
+        maps = mapped.Maps(run(precisions=precisions))
+        patch.setattr(mapped, "narrower", lambda _: more)
+        found = maps.beyond
     assert {rung.bits: rung.more for rung in found} == beyond
+    # One computation is made in each but the last.
+    assert [rung.most for rung in found] == [*[1] * (len(found) - 1), 3]
     # Both maps confirm what is less than 17 bits sharper.
     twice = maps.most_bits == 90 and found[0].more < 17
     assert [rung.beside is not None for rung in found] == [twice, *[False] * (len(found) - 1)]
@@ -316,7 +270,7 @@ def test_all_maps_of_a_problem_are_those_of_its_layer(monkeypatch: pytest.Monkey
 
 
 def test_the_first_map_alone_serves_what_is_asked_for_last_where_the_second_is_in_doubles(
-    but: Callable[..., Asked],
+    but: But,
 ) -> None:
     but(75, 72)
     maps = mapped.Maps(run(precisions=(53, 64)))
@@ -349,7 +303,7 @@ def test_maps_of_deep_passages_serve_that_are_eight_bits_from_what_is_asked_for(
 
 @pytest.mark.parametrize(("precisions", "most"), [(PRECISIONS, [1, 1]), ((53, 64), [1, 3])])
 def test_a_second_map_in_doubles_computes_nothing_where_it_would_decide_few(
-    precisions: tuple[int, ...], most: list[int], but: Callable[..., Asked], monkeypatch: Any
+    precisions: tuple[int, ...], most: list[int], but: But, monkeypatch: Any
 ) -> None:
     asked = but()
     monkeypatch.setattr(costs, "doubles_decide", lambda _: False)
@@ -358,9 +312,7 @@ def test_a_second_map_in_doubles_computes_nothing_where_it_would_decide_few(
     assert all(x[1] != THIRD for x in asked), "nor does a third one"
 
 
-def test_maps_in_doubles_decide_alone_where_nothing_follows(
-    but: Callable[..., Asked], monkeypatch: Any
-) -> None:
+def test_maps_in_doubles_decide_alone_where_nothing_follows(but: But, monkeypatch: Any) -> None:
     """Of many orbits a third one, however few it is expected to decide: it spares integration."""
     but()
     monkeypatch.setattr(costs, "doubles_decide", lambda _: False)
@@ -375,9 +327,7 @@ def test_maps_in_doubles_decide_alone_where_nothing_follows(
     assert mapped.expected_tables(*given) < mapped.expected_tables(*given, (53,))
 
 
-def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
-    but: Callable[..., Asked], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_third_map_is_made_at_once_from_so_many_orbits_on(but: But, monkeypatch: Any) -> None:
     asked, counts = but(), (mapped.THIRDS - 1, mapped.THIRDS)
     assert [mapped.Maps(run(task_orbits=n)).ladder[0].most for n in counts] == [2, 3]
     # Its bits are those of the first's computation.
@@ -429,7 +379,7 @@ def test_two_maps_err_independently_though_they_share_inputs() -> None:
 
 
 def test_maps_by_name_have_no_tables_that_take_minutes_beyond_doubles(
-    but: Callable[..., Asked], monkeypatch: pytest.MonkeyPatch
+    but: But, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Those in doubles are made whatever they take, and sharper ones where they pay."""
     asked = but(64)
@@ -455,11 +405,7 @@ def test_maps_by_name_have_no_tables_that_take_minutes_beyond_doubles(
     ],
 )
 def test_tables_share_what_they_may_cost_and_the_longest_is_made_here_the_other_beside_it(
-    jobs: int,
-    expected: dict[Design, float],
-    apart: list[Design],
-    but: Callable[..., Asked],
-    monkeypatch: pytest.MonkeyPatch,
+    jobs: int, expected: Any, apart: Any, but: But, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked, there, total = but(), list[tuple[Design, float]](), sum(expected.values())
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)

@@ -82,10 +82,7 @@ def test_the_closest_phases_differ_in_all_bits(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a reference orbit, with its derivative, where the kernel would take longer.
-
-    Twelve symbols took the kernel 0.12 s in 212 bits, and by a reference orbit 0.92 s.
-    """
+    """By a reference orbit, with its derivative, where the kernel would take longer than that."""
     none, step = no_crossings(1, 1), exact("1e-6")
     orbit = Mock(**{"return_value.followed.return_value": none})
     monkeypatch.setattr(neighbourhood, "ReferenceOrbit", orbit)
@@ -115,13 +112,8 @@ def test_phases_get_the_bits_of_their_distance(monkeypatch: pytest.MonkeyPatch) 
     )
 
 
-def test_the_computations_of_a_precision_share_no_difference(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """So that they do not err alike: but for powers of two all differences are others.
-
-    So are the tolerances, and in the unit of time of each computation what a passage may take.
-    """
+def test_the_computations_of_a_precision_share_no_difference(monkeypatch: Any) -> None:
+    """But for powers of two all differences are others; so are tolerances, and limits by units."""
     monkeypatch.setattr(neighbourhood, "Walk", walk := Mock(wraps=Walk))
     phases = [exact(FIRST) + exact(f"{k}e-12") for k in (-3, 1)]
     around = Neighbourhood(problem(n_symbols=2), exact(FIRST), 1e-14, resolve(precisions=(53,)))
@@ -193,9 +185,7 @@ def test_narrowing_ends_at_a_width_that_is_met(monkeypatch: pytest.MonkeyPatch) 
     assert told == [2.0**-neighbourhood.GAIN, 2.0**-60]
 
 
-def test_orbits_side_by_side_agree_by_the_rate_of_their_phase(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_orbits_side_by_side_agree_by_the_rate_of_their_phase(monkeypatch: Any) -> None:
     monkeypatch.setattr(certainty, "decide", decide := Mock(side_effect=InterruptedError))
     around = Neighbourhood(problem(), exact("4.7"), FINEST, resolve(precisions=(53, 106)))
     with pytest.raises(InterruptedError):

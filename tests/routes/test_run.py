@@ -90,12 +90,7 @@ def test_few_orbits_take_both_computations_at_once(integrations: list[dict[str, 
     ],
 )
 def test_where_two_computations_go_side_by_side_in_threads_or_processes(
-    precisions: tuple[int, ...],
-    bits: int,
-    n: int,
-    jobs: int,
-    begun: list[bool],
-    monkeypatch: pytest.MonkeyPatch,
+    precisions: Any, bits: int, n: int, jobs: int, begun: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[bool] = []
 
@@ -112,52 +107,38 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
 
 
 @pytest.mark.parametrize(
-    ("orbits", "bits", "columns", "pieces"),
+    ("orbits", "bits", "columns", "pieces", "jobs"),
     [
         # In doubles so many that a piece is worth it, but for so few that threads would be idle;
-        (24, 53, 24, [24]),
-        (17, 53, 17, [17]),
-        (16, 53, 16, [8, 8]),
-        (24, 53, 600, [256, 256, 88]),
+        (8, 53, 8, [8], None),
+        (9, 53, 9, [8, 1], 1),
+        (16, 53, 16, [8, 8], 1),
+        (17, 53, 17, [17], None),
+        (256, 53, 600, [256, 256, 88], None),
+        (257, 53, 600, [256, 256, 88], 1),
         # eight for each thread, and never more than 1,024;
-        (24, 53, 4800, [300] * 16),
-        (24, 53, 17000, [1024] * 16 + [616]),
+        (24, 53, 4800, [300] * 16, None),
+        (24, 53, 17000, [1024] * 16 + [616], None),
         # in more bits a vector is a piece; and integers are shared out in each computation.
-        (24, 106, 17, [8, 8, 1]),
-        (24, 500, 17, [17]),
-        (24, 106, 0, []),
+        (8, 106, 17, [8, 8, 1], None),
+        (9, 106, 0, [], 1),
+        (9, 500, 17, [17], 2),
     ],
 )
 def test_threads_share_orbits_in_pieces(
-    orbits: int, bits: int, columns: int, pieces: list[int], monkeypatch: pytest.MonkeyPatch
+    orbits: int, bits: int, columns: int, pieces: Any, jobs: int | None, monkeypatch: Any
 ) -> None:
-    monkeypatch.setattr(certainty, "decide", decided := Mock())
-    run(bits, n=orbits).by_integration()
-    size, jobs = decided.call_args.args[4](columns, bits)
-    assert [min(size, columns - k) for k in range(0, columns, size)] == pieces
-    assert jobs == (1 if bits == 500 else 2)
-
-
-@pytest.mark.parametrize(
-    ("orbits", "bits", "jobs"),
-    [
-        *((n, 53, 1) for n in (9, 16, 257)),
-        *((n, 53, None) for n in (8, 17, 256)),
-        (8, 106, None),
-        (9, 106, 1),
-        (9, 500, 2),
-    ],
-)
-def test_a_piece_has_one_thread_and_integers_or_few_orbits_have_all(
-    orbits: int, bits: int, jobs: int | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of a single piece two computations are made abreast."""
+    """A piece has one thread; of a single one two computations are abreast, integers have all."""
     asked = list[int]()
     monkeypatch.setattr(certainty, "decide", decided := Mock())
     monkeypatch.setattr("rigidpend.routes.run.abreast", lambda _: lambda *given: None)
     monkeypatch.setattr(Run, "crossings", lambda self, *given: asked.append(self.jobs))
     run(bits, n=orbits).by_integration()
-    decided.call_args.args[0](bits, FIRST_SCALES, np.arange(orbits))
+    compute, *_, division = decided.call_args.args
+    size, threads = division(columns, bits)
+    assert [min(size, columns - k) for k in range(0, columns, size)] == pieces
+    assert threads == (1 if bits == 500 else 2)
+    compute(bits, FIRST_SCALES, np.arange(orbits))
     assert asked == ([jobs] if jobs else [])
 
 

@@ -80,8 +80,7 @@ class Bodies(Part):
 
     The truth, where two methods differ, may take four times as long."""
     longest: Annotated[Whole, Field(ge=1, le=3600)] = 12
-    """Time of ours for a body, seconds of a core: it follows fewer orbits if all are expected to
-    take longer on a common machine."""
+    """Expected time of ours for a body, seconds of a core: fewer orbits if all would take longer."""
 
 
 class Config(ExperimentConfig):

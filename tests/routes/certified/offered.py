@@ -1,7 +1,4 @@
-"""What is offered to both checkers: the stored full shift, steps of one orbit, and forms of both.
-
-The second checker has sets, steps and balls of its own; here the package's become these.
-"""
+"""What is offered to both checkers: the stored full shift, steps of one orbit, forms of both."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -23,17 +20,7 @@ from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import approximation, intervals, passages, pieces, sections
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.orbit import enclosed, proof_of
-from rigidpend.routes.certified.pieces import (
-    CLOCK,
-    FamilyStep,
-    Quad,
-    StartLine,
-    Step,
-    Undecided,
-    unpacked,
-    unpacked_line,
-    unpacked_quads,
-)
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine, Step, Undecided
 from rigidpend.routes.problem import RouteProblem
 from scripts import (
     check_certificate,
@@ -135,11 +122,7 @@ def same_limit(
     checks: Callable[[float], Sequence[Callable[[], Any]]],
     barely: float = BARELY,
 ) -> float:
-    """The number between these two beyond which all refuse in these words, and none before it.
-
-    The first of them tells where it is, to half of what is barely beside it. At the bad one all
-    refuse, in whatever words.
-    """
+    """The number beyond which all refuse in these words, by the first one; at `bad` in any."""
     low, high = math.log(good), math.log(bad)
     while abs(high - low) > barely / 2:
         half = (low + high) / 2
@@ -298,10 +281,7 @@ class Start(NamedTuple):
 
 
 class Stored:
-    """The stored full shift, with the orbits that each checker follows, once for all tests.
-
-    In other units of energy M is 2^k times as large.
-    """
+    """The stored full shift, followed once by each checker; M is 2^k times as large as it is."""
 
     def __init__(self, k: int = 0) -> None:
         self.k = k
@@ -316,8 +296,11 @@ class Stored:
     @cached_property
     def every(self) -> list[tuple[Any, list[FamilyStep]]]:
         """The four sets and the line, with their steps."""
-        sources = *unpacked_quads(self.data["sets"]), unpacked_line(J1, self.data["line"])
-        orbits = unpacked(self.data["proof"], 5)
+        sources = (
+            *pieces.unpacked_quads(self.data["sets"]),
+            pieces.unpacked_line(J1, self.data["line"]),
+        )
+        orbits = pieces.unpacked(self.data["proof"], 5)
         return [in_units(self.k, *each) for each in zip(sources, orbits, strict=True)]
 
     @cached_property
@@ -379,9 +362,6 @@ class Stored:
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:
-        """What follows the orbits of a set or of the line: they have been followed already.
-
-        A set may have another width or place than its own, but not another length.
-        """
+        """What gives orbits of a set or line, whatever its width and place: all are known."""
         known = dict(zip([x[1] for x in (*self.quads, self.line)], found, strict=True))
         return lambda _, start, __: known[start[1]]

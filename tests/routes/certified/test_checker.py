@@ -17,7 +17,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.certified import approximation, codes, orbit
+from rigidpend.routes.certified import approximation, orbit
 from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed, proof_of
 from rigidpend.routes.certified.pieces import Step
@@ -85,11 +85,6 @@ def test_a_changed_coefficient_raises_the_bound(steps: list[Step], component: in
     assert bound(*first, last._replace(series=series)) > 100 * bound(*first, last)
 
 
-def test_a_wait_beyond_its_limit_ends_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(codes, "passage_limit", lambda *_: 5.0)
-    assert prove(PROBLEM, PHASE, BITS).reason == "no crossing within t' = 5"
-
-
 # ---- Hypotheses, each up to where both checkers refuse.
 
 
@@ -146,10 +141,7 @@ def slope(off: float) -> tuple[Start, Step]:
     ],
 )
 def test_what_is_barely_true_passes_and_what_is_barely_false_is_named(
-    name: str,
-    made: Callable[[float], tuple[Start, Step]],
-    barely: float,
-    monkeypatch: pytest.MonkeyPatch,
+    name: str, made: Callable[[float], Any], barely: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first three show in the package's tube, as far off; also of an interval of starts."""
     # Steps may end where the prover would not end them.
@@ -179,10 +171,7 @@ def test_what_is_barely_true_passes_and_what_is_barely_false_is_named(
 def of_state(
     half: float, off: float, state: Callable[[float, Any], Sequence[float]]
 ) -> list[Callable[[], Any]]:
-    """One step by both of a heavy body, from a state; polynomials begin at one that is so far off.
-
-    The states are functions of that and of the body's coefficients.
-    """
+    """A step by both of a heavy body from a state, a function of how far off it is and the body."""
     start = Start(mu="1")
     mine, given = enclosed(start.problem, PHASE, 200), start._asdict()
     theirs = check_certificate.problem_of(given, Fraction(3, 10))
@@ -219,21 +208,6 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, monkeypatch: pytest.Monke
     same_limit("H5: Q is too near", 0.1, 1e-4, both)
 
 
-@pytest.mark.parametrize("half_lengths", [0.0, 2.0])
-def test_H4_M3_is_told_at_both_ends_of_a_step(
-    half_lengths: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It rises by the weight's torque, and passes zero where the step begins or ends."""
-    monkeypatch.setattr(approximation, "CLEAR", 0.0)
-    half = 2.0**-6
-
-    def state(off: float, c: Any) -> Sequence[float]:
-        return 0.1, off, -half_lengths * c.mu_r2 * half, 1.0, 0.0, 0.05
-
-    for of_one in of_state(half, 1e-4, state):
-        assert re.match("H4: .* at an end of", said(of_one))
-
-
 def passing(half: float, rate: float, component: int) -> Callable[[float, Any], Sequence[float]]:
     """States half a step before one with M3 = 0 and that rate of M3: Qp and the weight turn it."""
 
@@ -246,12 +220,25 @@ def passing(half: float, rate: float, component: int) -> Callable[[float, Any], 
     return state
 
 
-def test_H4_M3_does_not_touch_zero(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In the middle of a step the torques of Qp and of the weight cancel: M3 has no rate there."""
+def rising(M3: float) -> Callable[[float, Any], Sequence[float]]:
+    """States from which M3 rises by the weight's torque alone, to zero in that time."""
+    return lambda off, c: (0.1, off, -M3 * c.mu_r2, 1.0, 0.0, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("half", "off", "state", "told"),
+    [
+        *((2.0**-6, 1e-4, rising(M3), "at an end") for M3 in (0.0, 2.0**-5)),
+        # In the middle the torques of Qp and of the weight cancel: it has no rate there.
+        (2.0**-3, 1e-6, passing(2.0**-3, 0.0, 0), "too near zero without crossing it"),
+    ],
+)
+def test_H4_M3_is_told_at_both_ends_of_a_step_and_does_not_touch_zero(
+    half: float, off: float, state: Any, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(approximation, "CLEAR", 0.0)
-    half = 2.0**-3
-    for of_one in of_state(half, 1e-6, passing(half, 0.0, 0)):
-        assert said(of_one) == "H4: M3 comes too near zero without crossing it"
+    for of_one in of_state(half, off, state):
+        assert re.match(f"H4: .* {told}", said(of_one))
 
 
 @pytest.mark.parametrize(("off", "widest"), [(3e-3, 1.4), (-1e-3, 1.5)])
@@ -377,15 +364,16 @@ def test_the_problem_is_enclosed_as_in_the_package(
 @pytest.mark.parametrize("r", [("-1e-9", "1", "0"), ("1", "-sqrt(2)", "0"), ("1", "1", "1e-9")])
 def test_a_body_that_the_pages_are_not_about_is_refused(r: tuple[str, ...]) -> None:
     given = {"A": ("2", "1", "3/2"), "r": r, "mu": "1/1000", "h0": "1", "J1_0": "1e-8"}
-    with pytest.raises(Refused, match="r1, r2 >= 0 = r3 is broken"):
-        check_certificate.problem_of(given, Fraction(0))
-    with pytest.raises(Refused, match="r1, r2 >= 0 = r3 is broken"):
-        check_sections.problem_of(given)
-
-
-def test_a_weight_of_the_other_sign_is_refused_where_phases_follow_from_it() -> None:
-    """Else starts with theta2_0 + pi would be called those with theta2_0."""
+    for problem_of in (
+        lambda: check_certificate.problem_of(given, Fraction(0)),
+        lambda: check_sections.problem_of(given),
+    ):
+        with pytest.raises(Refused, match="r1, r2 >= 0 = r3 is broken"):
+            problem_of()
+    # Else starts with theta2_0 + pi would be called those with theta2_0.
     check_sections.problem_of({**GIVEN, "mu": "0"})
+    with pytest.raises(Refused, match="A or r is not three numbers"):
+        check_sections.problem_of({**GIVEN, "A": GIVEN["A"][:2]})
     with pytest.raises(Refused, match="mu >= 0 is broken"):
         check_sections.problem_of({**GIVEN, "mu": "-1/1000"})
 
@@ -421,9 +409,7 @@ def test_H3_gamma_in_a_wide_tube_turns_momentum_the_more(mu: str) -> None:
     assert float(found) == pytest.approx(expected, rel=1e-9, abs=0)
 
 
-def test_H5_orbits_have_a_Q_farther_from_zero_than_polynomials(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_H5_orbits_have_a_Q_farther_from_zero_than_polynomials(monkeypatch: Any) -> None:
     """On a long step with small Q the rate of M3 is off by B^2 too."""
     start, bound, half, bits = Start(mu="0"), 1 / 64, 8, 60
     monkeypatch.setattr(orbit, "joined", lambda *_: [arb(0)])

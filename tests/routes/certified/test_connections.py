@@ -1,7 +1,4 @@
-"""Connections: what orbits do beside the sets, and how surfaces cross, by both checkers.
-
-The second one shares nothing with the package, and so tells where each limit lies.
-"""
+"""Connections: what orbits do beside the sets, how surfaces cross; limits as both checkers tell."""
 
 import itertools
 from collections.abc import Callable
@@ -22,16 +19,7 @@ from rigidpend.routes.certified.pieces import StartLine, Undecided
 from scripts import check_connections, check_sections
 from scripts.check_certificate import Fails, Interval
 from tests.routes.certified import offered
-from tests.routes.certified.offered import (
-    GIVEN,
-    WIDE,
-    Stored,
-    agree,
-    problem,
-    said,
-    same_limit,
-    whole,
-)
+from tests.routes.certified.offered import WIDE, Stored, agree, problem, said, same_limit, whole
 
 # ---- C8
 
@@ -71,9 +59,7 @@ def test_C8_and_the_graph_of_C9_hold_of_a_lighter_body(mu: float) -> None:
     assert doubts[-1] == ""
 
 
-def test_a_body_that_is_too_heavy_is_named_before_the_strip_that_it_lacks(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_body_that_is_too_heavy_is_named_before_the_strip_that_it_lacks(monkeypatch: Any) -> None:
     """By both, of crossings next to the separatrix."""
     monkeypatch.setattr(connections, "check_strip", Mock(side_effect=Undecided("no strip")))
     monkeypatch.setattr(check_connections, "check_strip", Mock(side_effect=Fails("no strip")))
@@ -91,9 +77,9 @@ def test_a_body_that_is_too_heavy_is_named_before_the_strip_that_it_lacks(
 def of_body(A: Any, r: Any, weight: float) -> tuple[sections.Numbers, check_sections.Problem]:
     """The numbers of a body for both."""
     mu = Fraction(weight).limit_denominator(10**9)
-    given = {"A": A, "r": r, "mu": f"{mu.numerator}/{mu.denominator}", "h": GIVEN["h"]}
+    given = {"A": A, "r": r, "mu": f"{mu.numerator}/{mu.denominator}", "h": offered.GIVEN["h"]}
     body = Body(A=A, r=r, mu=given["mu"])
-    return sections.Numbers.of(body, exact(GIVEN["h"])), check_sections.problem_of(given)
+    return sections.Numbers.of(body, exact(offered.GIVEN["h"])), check_sections.problem_of(given)
 
 
 def of_middle(
@@ -294,11 +280,7 @@ def test_C9_images_cross_at_an_angle(changed: dict[str, Any], words: str) -> Non
 
 @pytest.mark.slow
 def test_the_unstable_surface_is_where_C9_says_in_pairs_of_doubles(stored: Stored) -> None:
-    """Points of it in the strip, found by where orbits backward leave, and where they cross M3 = 0.
-
-    They are nearer to each other across the strip than along it, and cross on a curve whose slope
-    the proof encloses.
-    """
+    """Points where orbits backward leave are nearer across the strip than along, on a curve."""
     pieces, found = stored.orbits[4], list[Any]()
     begin = sections.begun(pieces[0])
     # Backward in time is forward beside the mirror image.

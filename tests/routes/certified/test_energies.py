@@ -25,18 +25,12 @@ from rigidpend.routes.certified import (
     family_orbits,
     horseshoe,
     passages,
+    pieces,
     sections,
     start_lines,
 )
 from rigidpend.routes.certified.orbit import enclosed
-from rigidpend.routes.certified.pieces import (
-    FamilyStep,
-    Quad,
-    Undecided,
-    unpacked,
-    unpacked_energies,
-    unpacked_quads,
-)
+from rigidpend.routes.certified.pieces import Quad, unpacked, unpacked_energies, unpacked_quads
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
 from rigidpend.routes.symbolic.levels import onward
@@ -57,7 +51,7 @@ class Found(NamedTuple):
     data: Any
     proven: proof.Proven
     quads: list[Quad]
-    orbits: list[list[FamilyStep]]
+    orbits: list[list[pieces.FamilyStep]]
     """Steps of the four sets and of the line."""
     shift: Fraction
     spread: Fraction
@@ -81,10 +75,7 @@ def found() -> Found:
 
 
 def test_a_strip_about_a_line_of_starts_and_bits_are_the_same_in_other_units() -> None:
-    """With energies 10,000 times as large or as small, and so actions and momenta 100 times.
-
-    Small momenta have finer units, gamma as well.
-    """
+    """Energies 10,000 times as large or small, momenta 100 times: small ones have finer units."""
     found = []
     for by, finer in ((Fraction(1), 0), (Fraction(100), 0), (Fraction(1, 100), 7)):
         body = Body(A=GIVEN["A"], r=GIVEN["r"], mu=str(by**2 / 1000))
@@ -213,10 +204,7 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
 
 @pytest.mark.slow
 def test_outlines_are_those_of_the_sets_in_the_chart(found: Found) -> None:
-    """U and V of what is drawn, less the mean curve, are -1 and 1 all around each set.
-
-    Images lie across the sets of the other section, and the line's across those of the upward one.
-    """
+    """U and V less the mean curve are -1 and 1 around each set; images lie across the others."""
     drawn = found.data["drawn"]
 
     def sizes(quad: Any, chi: Any, d: Any) -> tuple[Any, Any]:
@@ -276,16 +264,11 @@ def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int
     ],
 )
 def test_a_proof_is_of_the_energies_of_its_config(
-    stored: offered.Stored,
-    monkeypatch: pytest.MonkeyPatch,
-    changes: list[str],
-    shift: float,
-    by: float,
-    reason: str,
+    stored: Any, monkeypatch: Any, changes: list[str], shift: float, by: float, reason: str
 ) -> None:
     """By both; nothing else is asked before it."""
     spread = Fraction(1.3342e-6 * by)
-    monkeypatch.setattr(coverings, "prove", proved := Mock(side_effect=Undecided))
+    monkeypatch.setattr(coverings, "prove", proved := Mock(side_effect=pieces.Undecided))
     energies = {"shift": shift, "spread": float(spread), "moves": np.zeros((4, 1, 1)), "line": []}
     data = stored.data | ({"energies": energies} if by else {})
     doubt = said(proof.checked, typed(Config, CONFIG, changes), data)
@@ -306,13 +289,8 @@ def test_a_proof_is_of_the_energies_of_its_config(
 @pytest.mark.parametrize(
     ("theta2", "J1"), [*((x, J1) for x in (0.0, 0.7, 2.5, 3.5, 6.0)), (0.7, Fraction("1e-3"))]
 )
-def test_phases_are_told_in_every_quarter(
-    monkeypatch: pytest.MonkeyPatch, theta2: float, J1: Fraction
-) -> None:
-    """By both checkers, between 0 and 2 pi, and not ten times as wide as the line.
-
-    A large J1 counts, a small one is nothing beside M3.
-    """
+def test_phases_are_told_in_every_quarter(monkeypatch: Any, theta2: float, J1: Fraction) -> None:
+    """By both, hardly wider than the line; a large J1 counts, a small one is nothing beside M3."""
     given = {**GIVEN, "r": ("1", "2", "0"), "h0": GIVEN["h"]}
     body = Body(given["A"], given["r"], given["mu"])
     setting = horseshoe.ShiftProblem(body, H0, 1, h0=H0)

@@ -27,26 +27,16 @@ from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import Undecided
 from scripts import check_intervals as script
-from scripts import check_pieces, check_sections
+from scripts import check_pieces
 from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
 from tests.remembered import inline
-from tests.routes.certified.offered import (
-    BITS,
-    BODY,
-    H0,
-    J1,
-    Start,
-    agree,
-    constant,
-    duration,
-    said,
-    step,
-)
+from tests.routes.certified import offered
+from tests.routes.certified.offered import BODY, H0, J1, agree, constant, duration, said, step
 from tests.runs.checkers import config_of, restated
 
-GIVEN = Start()._asdict()
+GIVEN = offered.Start()._asdict()
 ROOT = Path(__file__).parents[3]
 CONFIG, PAGE = ROOT / "configs" / "fig4_intervals.yaml", ROOT / "docs" / "full-shift.md"
 SETTING, STARTS = ShiftProblem(BODY, H0, 1, h0=H0), EnclosedStarts.of(BODY, H0, J1)
@@ -142,9 +132,7 @@ def test_cosine_and_sine_hold_those_of_the_end(share: float) -> None:
             assert float(end.rad()) < 1e-40
 
 
-def test_what_is_left_of_cosine_and_sine_is_in_their_errors(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_is_left_of_cosine_and_sine_is_in_their_errors(monkeypatch: Any) -> None:
     """After 6 and 7 terms, in both checkers: the rest is far more than a rounding."""
     angle, end = 0.5, (math.cos(0.5), math.sin(0.5))
     for terms in (6, 7):
@@ -167,28 +155,25 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: st
     starts, bound = EnclosedStarts.of(Body(A=BODY.A, r=BODY.r, mu=1), H0, J1), 1e-3
     values, told = [0.0] * 6, list[Any]()
     values[0 if rising else 1], values[3 if rising else 4] = factor * bound, 1.0
-    mine = [Family.of(constant(x), BITS) for x in values]
+    mine = [Family.of(constant(x), offered.BITS) for x in values]
     refused = said(lambda: told.extend(intervals.signs_on_step(starts.numbers, mine, arb(bound))))
     assert refused.startswith(reason)
     assert set(told) == (set() if reason else {(rising, 1)})
 
 
-def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
-    times = np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES))
-    with pytest.raises(Undecided, match="bits"):
-        interval_search.pieces(SETTING, STARTS, PhaseInterval(0, 10), times)
-
-
-@pytest.mark.parametrize(("time", "steps"), [(0.1, 2), (2.0, 3)])
-def test_a_crossing_that_comes_at_once_has_no_steps_before_it(time: float, steps: int) -> None:
-    times = np.full((1, interval_search.NODES), time)
-    assert len(interval_search.pieces(SETTING, STARTS, PhaseInterval(0, 10), times)) == steps
+def steps_of(times: Any) -> Any:
+    """Steps up to crossings at these times, from the starts of an interval."""
+    return interval_search.pieces(SETTING, STARTS, PhaseInterval(0, 10), times)
 
 
 def test_steps_end_as_long_behind_a_crossing_wherever_an_orbit_starts() -> None:
+    """None is before a crossing that comes at once, and none in more bits than pairs have."""
+    for time, count in ((0.1, 2), (2.0, 3)):
+        assert len(steps_of(np.full((1, interval_search.NODES), time))) == count
+    with pytest.raises(Undecided, match="bits"):
+        steps_of(np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES)))
     u = nodes(interval_search.NODES, precision(53))
-    times = np.stack([2 + u / 4, 5 - u / 2])
-    steps = interval_search.pieces(SETTING, STARTS, PhaseInterval(0, 10), times)
+    steps = steps_of(times := np.stack([2 + u / 4, 5 - u / 2]))
     # A constant of half-lengths is stored exactly, and their slope is far above what is left out.
     ends = [duration(steps, at) for at in u]
     assert ends - times[-1] == pytest.approx(ends[0] - times[-1, 0], abs=1e-6)
@@ -287,11 +272,6 @@ def test_arrays_that_say_more_than_they_prove_are_refused(
         change(content["data"])
     with pytest.raises(Refused, match=reason):
         list(script.check(file))
-
-
-def test_a_body_of_two_moments_is_refused() -> None:
-    with pytest.raises(Refused, match="A or r is not three numbers"):
-        check_sections.problem_of({**GIVEN, "A": GIVEN["A"][:2]})
 
 
 @pytest.mark.slow

@@ -82,9 +82,10 @@ def test_a_product_is_rounded_by_little_to_the_finer_unit() -> None:
     assert ((a * b).bits, (a * finer).bits, (finer * a).bits) == (UNIT, UNIT + 9, UNIT + 9)
 
 
-def terms_of(found: Family, by: int = 1) -> dict[tuple[int, ...], Fraction]:
-    """The stored coefficients over a number."""
-    return {at: Fraction(int(c), by) for at, c in found.doubled.to_dict().items()}
+def lost_in(of: Family, found: Family, unit: int) -> list[Fraction]:
+    """What the stored coefficients lost where they were rounded to a unit."""
+    near = {at: int(c) for at, c in found.doubled.to_dict().items()}
+    return [abs(Fraction(int(c), unit) - near.get(at, 0)) for at, c in of.doubled.to_dict().items()]
 
 
 @pytest.mark.parametrize("bits", [20, UNIT + 100])
@@ -96,8 +97,7 @@ def test_what_is_rounded_is_in_the_error(bits: int, terms: int, extra: int) -> N
     of = Family.of(column, bits + 9)
     of.error = 5 * unit + extra
     found = of.rounded(9)
-    pairs = zip(terms_of(of, unit).items(), terms_of(found).items(), strict=True)
-    lost = sum(abs(c - near) for (_, c), (_, near) in pairs) / 2 + Fraction(of.error, unit)
+    lost = sum(lost_in(of, found, unit)) / 2 + Fraction(of.error, unit)
     assert (found.bits, found.degree, found.orders) == (9, of.degree, of.orders)
     assert lost <= found.error < lost + 1
     assert of.rounded(bits + 9) is of.rounded(bits + 10) is of
@@ -112,36 +112,31 @@ def test_coefficients_of_either_sign_are_rounded_by_less_than_a_unit(size: int) 
     }
     of = Family.of(column, 999)
     found = of.rounded(999 - unit.bit_length() + 1)
-    rounded = terms_of(found)
-    left = [abs(c - rounded.get(at, 0)) for at, c in terms_of(of, unit).items()]
+    left = lost_in(of, found, unit)
     assert max(left) < 1
     assert sum(left) / 2 <= found.error
-    assert len(rounded) < len(left)
+    assert len(found.doubled.to_dict()) < len(left)
 
 
-@pytest.mark.parametrize("signs", [(1, 1), (-1, 1), (-1, -1), (0, 1)])
-def test_common_factors_of_coefficients_are_in_products(signs: tuple[int, int]) -> None:
-    column: Terms = {(j, 2, k): 3**50 * (7 * j + k + 1) for j in (0, 4) for k in (0, 1)}
-    a, b = (Family.of({at: sign * c for at, c in column.items()}, UNIT) for sign in signs)
-    assert (a * b).doubled == a.doubled * b.doubled
+def of_bits(n: int, drawn: random.Random) -> Terms:
+    """Coefficients of one word, at both limits, of more, and of less beside them."""
+    return {
+        (j, k, 0): drawn.choice((-1, 1)) * (2**n - drawn.choice((0, 1, 99))) >> 9 * (j + k)
+        for j in range(12)
+        for k in range(6)
+    }
 
 
 @pytest.mark.parametrize("bits", [(60, 60), (61, 62), (62, 200), (130, 90)])
 def test_coefficients_of_all_sizes_and_signs_are_in_products(bits: tuple[int, int]) -> None:
-    """Those of one word, at both limits, of more, and of less beside them."""
     drawn = random.Random(bits[0])
-    a, b = (
-        Family.of(
-            {
-                (j, k, 0): drawn.choice((-1, 1)) * (2**n - drawn.choice((0, 1, 99))) >> 9 * (j + k)
-                for j in range(12)
-                for k in range(6)
-            },
-            UNIT + 100,
-        )
-        for n in bits
-    )
+    a, b = (Family.of(of_bits(n, drawn), UNIT + 100) for n in bits)
     assert (a * b).doubled == a.doubled * b.doubled
+    # Those with a common factor too.
+    common: Terms = {(j, 2, k): 3**50 * (7 * j + k + 1) for j in (0, 4) for k in (0, 1)}
+    for signs in ((1, 1), (-1, 1), (-1, -1), (0, 1)):
+        a, b = (Family.of({at: sign * c for at, c in common.items()}, UNIT) for sign in signs)
+        assert (a * b).doubled == a.doubled * b.doubled
 
 
 @pytest.mark.parametrize(("first", "size"), [(1, 1), (2, 1), (5, 4), (0, 3)])

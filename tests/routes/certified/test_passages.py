@@ -1,7 +1,4 @@
-"""Passages: C1 to C5, and what C7 carries along, each up to where both checkers refuse.
-
-The second one shares nothing with the package, and so tells where each limit lies.
-"""
+"""Passages: C1 to C5, and what C7 carries along, each up to where both checkers refuse."""
 
 import itertools
 import math
@@ -61,13 +58,7 @@ def test_C1_newtons_iteration_contracts(radius: float, reason: str) -> None:
 
 @pytest.mark.parametrize("k", [0, 2, 4, 5])
 def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
-    """Of solutions and their derivatives, each component of the start moved in turn.
-
-    Of a set of either section and of the line.
-
-    On a line with a large J1 some derivatives are of the size of Qp: on the stored one, 2e-4, they
-    hardly count.
-    """
+    """Each component moved, of sets and of lines: with a large J1 slopes are of Qp's size."""
     if k == 5:
         setting, ends = ShiftProblem(offered.BODY, exact(offered.GIVEN["h"]), 14), (1.5, 1.502)
         start: Any = LineStarts(setting, Fraction("0.01")).between(np.array(ends))[0]
@@ -85,10 +76,7 @@ def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
 
 @pytest.mark.parametrize("large", [0, 1])
 def test_C1_derivatives_are_those_of_the_integrals(stored: Stored, large: int) -> None:
-    """The integrals are quadratic: half of a difference over a length of 2 is exactly that.
-
-    They are linear, so that a difference of two has no part of the weight.
-    """
+    """Half of a difference over 2 is exact of what is quadratic; the weight has no part in it."""
     numbers, state = stored.numbers, [Fraction(k * k - 7, 8) for k in range(6)]
     weight = numbers.field.mu_r1, numbers.field.mu_r2
     balls = [arb(x.numerator) / x.denominator for x in state]
@@ -114,10 +102,7 @@ def test_C1_derivatives_are_those_of_the_integrals(stored: Stored, large: int) -
 
 @pytest.mark.parametrize("k", [-9, 9])
 def test_nothing_hangs_on_units(stored: Stored, k: int) -> None:
-    """Where M is 2^k times as large, at energies of 5e-6 and 3.5e5, bounds and limits are too.
-
-    C1's bounds about points that are off, and C3's widest tube, by both.
-    """
+    """With M 2^k times as large so are C1's bounds about points that are off, and C3's tube."""
     by, other = 2.0**k, Stored(k)
     for j, off in ((0, 1e-3), (2, 1e-3), (4, 1e-13)):
         found: list[list[float]] = []
@@ -165,10 +150,7 @@ def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
 
 @pytest.mark.parametrize("k", [0, 2])
 def test_C1_a_set_lies_beside_separatrix_2_or_3(stored: Stored, k: int) -> None:
-    """Beside the opposite one its symbol would be the other one.
-
-    Of its own are left units of 2^-60, a few dozen: a constant of 53 bits would be 1e-16.
-    """
+    """Its symbol would be the other one; of its own are left units of 2^-60, not of 53 bits."""
     own = stored.quads[k], stored.orbits[k][0]
     assert float(stored.beginning(*own)[0]()[0]) < 2.0**-54
     offered.agree("C1: the large Q", *stored.beginning(*mirrored(*own)))
@@ -181,10 +163,7 @@ def test_C1_a_set_lies_beside_separatrix_2_or_3(stored: Stored, k: int) -> None:
 def test_C1_starts_have_Qp_above_and_M3_below_zero(
     stored: Stored, J1: str, side: int, reason: str
 ) -> None:
-    """Not those beside the opposite separatrix, nor those of a J1 of more than half of J2.
-
-    The line is so short that it hardly differs from its middle.
-    """
+    """Not beside the opposite separatrix, nor with a J1 above half of J2; of a short line."""
     starts = LineStarts(ShiftProblem(offered.BODY, exact(offered.GIVEN["h"]), 14), Fraction(J1))
     ends = 1.5 + 1e-9 * np.array([-1.0, 1.0])
     state = np.mean(starts.states(ends, precision(53)), axis=1)
@@ -224,35 +203,20 @@ def by_lot(size: float, *middle: float) -> FamilyStep:
     return FamilyStep(BITS, half, terms)
 
 
-def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
-    """Defects of a large step and of a small one; what the latter adds to what there was before.
-
-    Along M3 = 1.2 + u/10 nothing else changes, but for so little.
-    """
-    small = offered.moved(by_lot(1e-6, 0, 0, 1.2, 0, 0, 0), 2, (0, 1, 0, 0), 0.1)
-    for piece in (by_lot(0.1, 0.3, 0.2, 1.2, 0.5, 0.4, 0.3), small):
-        states, half = (
-            [Family.of(x, BITS) for x in piece.terms],
-            Family.of(piece.half_length, CLOCK),
-        )
-        mine = passages.defects(stored.numbers, states, half)
-        theirs = check_passages.defects(problem(), step(piece))
+@pytest.mark.parametrize("k", [-9, 0, 9])
+def test_C2_and_C3_bounds_are_the_same_for_both(k: int) -> None:
+    """Of a large step, and of a small one along M3 = 1.2 + u/10 with what it adds, in all units."""
+    small, of = offered.moved(by_lot(1e-6, 0, 0, 1.2, 0, 0, 0), 2, (0, 1, 0, 0), 0.1), Stored(k)
+    large = by_lot(0.1, 0.3, 0.2, 1.2, 0.5, 0.4, 0.3)
+    for piece in (pieces := offered.in_units(k, of.quads[0], [large, small])[1]):
+        states = [Family.of(x, piece.bits) for x in piece.terms]
+        mine = passages.defects(of.numbers, states, Family.of(piece.half_length, CLOCK))
+        theirs = check_passages.defects(of.problem, step(piece))
         assert [float(x) for x in mine] == pytest.approx(list(map(float, theirs)), rel=1e-6)
-    begin = [1e-6, 2e-6, 3e-6, 4e-6]
-    [(*_, found)] = passages.followed(stored.numbers, [small], list(map(arb, begin)))
-    others = check_passages.carried(problem(), step(small), list(map(Fraction, begin)), theirs)
+    begin = [2.0**k * x for x in (1e-6, 2e-6, 3e-6, 4e-6)]
+    [(*_, found)] = passages.followed(of.numbers, pieces[1:], list(map(arb, begin)))
+    others = check_passages.carried(of.problem, step(piece), list(map(Fraction, begin)), theirs)
     assert [float(x) for x in found] == pytest.approx(list(map(float, others)), rel=1e-4)
-    # In other units they are told as well as in these.
-    for k in (-9, 9):
-        of, ends = Stored(k), [2.0**k * x for x in begin]
-        _, [piece] = offered.in_units(k, stored.quads[0], [small])
-        [(*_, mine)] = passages.followed(of.numbers, [piece], list(map(arb, ends)))
-        defects = check_passages.defects(of.problem, step(piece))
-        again = check_passages.carried(of.problem, step(piece), list(map(Fraction, ends)), defects)
-        for told in (mine, again):
-            assert [float(x) / 2.0**k for x in told] == pytest.approx(
-                list(map(float, found)), rel=1e-4
-            )
 
 
 @pytest.mark.parametrize("k", [0, 8])
@@ -309,15 +273,15 @@ def tubes(stored: Stored, M3: float, begin: float, bits: int) -> list[Callable[[
     return [lambda: passages.tube(*of), lambda: check_passages.tube(*theirs)]
 
 
-def test_C3_the_widest_tube(stored: Stored) -> None:
-    limit = same_limit("C3", 1e-9, 1e-3, lambda begin: tubes(stored, 1.2, begin, BITS))
-    mine, theirs = ([float(x) for x in check()] for check in tubes(stored, 1.2, limit / 2, BITS))
+@pytest.mark.parametrize("k", [-9, 0, 9])
+def test_C3_the_widest_tube(k: int) -> None:
+    """It is as wide in other units, where M3, distances and rates are 2^k times as large."""
+    by, of = 2.0**k, Stored(k)
+    limit = same_limit("C3", 1e-9, 1e-3, lambda begin: tubes(of, by * 1.2, by * begin, BITS))
+    mine, theirs = (
+        [float(x) for x in check()] for check in tubes(of, by * 1.2, by * limit / 2, BITS)
+    )
     assert mine == pytest.approx(theirs, rel=1e-6)
-    # It is as wide in other units, where M3, distances and rates are 2^k times as large.
-    for k in (-9, 9):
-        for share, reason in ((0.99, ""), (1.01, "C3")):
-            begin = 2.0**k * share * limit
-            offered.agree(reason, *tubes(Stored(k), 2.0**k * 1.2, begin, BITS))
 
 
 @pytest.mark.parametrize("M3", [2.0**12, 2.0**60])
@@ -402,24 +366,19 @@ def crossing(
 SINE = math.sqrt(0.5)
 
 
-def test_C5_the_side_on_which_an_orbit_leaves(stored: Stored) -> None:
-    """The large Q beside the radius of its box; M3 is driven by the weight's torque alone."""
-
-    def both(Q: float) -> list[Callable[[], Any]]:
-        return crossing(stored, [constant(x) for x in (0.0, Q, 0.0, -SINE, SINE, 0.0)], [1e-9] * 4)
-
-    same_limit("C5: the side", 1e-7, 1e-10, both)
-
-
-def test_C5_a_rate_of_M3_of_either_sign(stored: Stored) -> None:
-    """The weight's torque beside what it may be off."""
-    bound = 1e-9
-
-    def both(g: float) -> list[Callable[[], Any]]:
-        end = [constant(x) for x in (0.0, 10 * bound, 0.0, -g, g, 0.0)]
-        return crossing(stored, end, [bound] * 4)
-
-    same_limit("C5: M3", 1.0, 1e-9, both)
+@pytest.mark.parametrize(
+    ("words", "good", "bad", "end"),
+    [
+        # The large Q beside the radius of its box; M3 is driven by the weight's torque alone.
+        ("C5: the side", 1e-7, 1e-10, lambda Q: (0.0, Q, 0.0, -SINE, SINE, 0.0)),
+        # The weight's torque, which gives M3 its rate, beside what it may be off.
+        ("C5: M3", 1.0, 1e-9, lambda g: (0.0, 1e-8, 0.0, -g, g, 0.0)),
+    ],
+)
+def test_C5_the_side_and_the_rate_are_told(
+    stored: Stored, words: str, good: float, bad: float, end: Callable[[float], Any]
+) -> None:
+    same_limit(words, good, bad, lambda x: crossing(stored, [*map(constant, end(x))], [1e-9] * 4))
 
 
 def across(found: Any) -> list[Any]:
@@ -427,42 +386,28 @@ def across(found: Any) -> list[Any]:
     return [found.d, found.g, *(row[j] for j in (0, 1) for row in found.slopes)]
 
 
+@pytest.mark.parametrize("k", [-9, 0, 9])
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize(("Q", "off"), [(0.25, 1e-4), (-0.25, 1e-4), (0.25, 1e-8)])
-def test_C5_and_C7_crossings_are_the_same_for_both(
-    stored: Stored, side: int, Q: float, off: float
-) -> None:
-    """Where and when, and how far off derivatives may be, of an end in which all counts.
-
-    They are off by more than their size, or by so much less that it is their size which counts.
-    """
+def test_C5_and_C7_crossings_are_the_same_for_both(Q: float, off: float, side: int, k: int) -> None:
+    """Of an end in which all counts; slopes are off by more than their size, or by far less."""
     small = 0.01
     large = (small, Q) if side > 0 else (Q, small)
     # M3 is so far from zero that derivatives change on the way.
     end = by_lot(1e-5, *large, side * 5e-5, -side * SINE, side * SINE, 0.1)
     ends = [{at: w for at, w in each.items() if not at[0]} for each in end.terms]
     bounds = [1e-7, off, 2 * off, 3 * off]
-    mine, theirs = (check() for check in crossing(stored, ends, bounds, side))
+    mine, theirs = (check() for check in crossing(Stored(k), ends, bounds, side))
     assert mine.right == bool(theirs.symbol)
     assert mine.late == pytest.approx(float(theirs.time.above), rel=1e-3)
     # The crossing may come before the end of the last step, or after it.
     assert np.diff(mine.duration) == pytest.approx(2 * mine.late, rel=1e-6, abs=0)
     for one, other in zip(mine.box, theirs.box, strict=True):
         assert float(one.mid()) == pytest.approx((other.low + other.high) / 2 / 2**Interval.digits)
-    families, rows = across(mine), across(theirs)
-    for family, row in zip(families, rows, strict=True):
+    for family, row in zip(across(mine), across(theirs), strict=True):
         assert family.error / 2**family.bits == pytest.approx(row.error / 2**row.digits, rel=1e-3)
         assert float(family.bound) == pytest.approx(float(row.most), rel=1e-3)
         assert offered.value(family, 0.3, 0.2, 0.1) * float(row.ball().low + row.ball().high) >= 0
-    # In other units derivatives are told as well as in these; g has none.
-    errors = [row.error / 2**row.digits for row in rows]
-    for k in (-9, 9):
-        own, again = (check() for check in crossing(Stored(k), ends, bounds, side))
-        for other, digits in ((across(own), "bits"), (across(again), "digits")):
-            found = [x.error / 2 ** getattr(x, digits) for x in other]
-            units = [2.0**k if j in (0, 2, 3, 4) else 1.0 for j in range(len(found))]
-            wanted = [unit * x for unit, x in zip(units, errors, strict=True)]
-            assert found == pytest.approx(wanted, rel=1e-3)
 
 
 # ---- C6 along a line of starts

@@ -8,14 +8,8 @@ import h5py
 import numpy as np
 import pytest
 
-from rigidpend.routes.certified.pieces import (
-    MOST_DEGREE,
-    FamilyStep,
-    packed,
-    unpacked,
-    unpacked_energies,
-    unpacked_quads,
-)
+from rigidpend.routes.certified import pieces
+from rigidpend.routes.certified.pieces import MOST_DEGREE, FamilyStep, packed, unpacked
 from scripts import check_full_shift, check_pieces
 from scripts.check_certificate import Refused
 from tests.routes.certified.offered import STORED, Stored, series
@@ -91,14 +85,14 @@ def test_what_is_no_set_is_refused(stored: Stored) -> None:
     sets = stored.data["sets"]
     for name, nothing in (("p", np.zeros((4, 0))), *((x, np.zeros(4)) for x in ("a", "b", "l1"))):
         with pytest.raises(ValueError, match="no extent"):
-            unpacked_quads({**sets, name: nothing})
+            pieces.unpacked_quads({**sets, name: nothing})
     for wrong in (np.nan, np.inf):
         with pytest.raises(ValueError, match="not finite"):
-            unpacked_quads({**sets, "a": np.array([1, 1, 1, wrong])})
+            pieces.unpacked_quads({**sets, "a": np.array([1, 1, 1, wrong])})
     for wrong in (np.nan, np.inf, 0.0):
         with pytest.raises(ValueError, match=r"not finite|no interval"):
-            unpacked_energies({"shift": 0.0, "spread": wrong})
-    assert unpacked_energies(None) == (Fraction(0), Fraction(0))
+            pieces.unpacked_energies({"shift": 0.0, "spread": wrong})
+    assert pieces.unpacked_energies(None) == (Fraction(0), Fraction(0))
 
 
 def other(place: str, *given: Any, **how: Any) -> Any:

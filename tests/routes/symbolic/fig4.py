@@ -6,12 +6,8 @@ from typing import Any
 import numpy as np
 
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.symbolic.asymptotic import (
-    DoublyAsymptotic,
-    Track,
-    doubly_asymptotic,
-    skeleton,
-)
+from rigidpend.routes.symbolic import asymptotic
+from rigidpend.routes.symbolic.asymptotic import Track, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import Chain, System, on_surface, signs_of
 from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch
@@ -36,7 +32,7 @@ def rough(symbols: int) -> list[Track]:
 
 
 @functools.cache
-def orbits(n: int) -> DoublyAsymptotic:
+def orbits(n: int) -> asymptotic.DoublyAsymptotic:
     """The orbits with n symbols."""
     return doubly_asymptotic(level(), rough(n)[n])
 

@@ -19,12 +19,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.symbolic import asymptotic
 from rigidpend.routes.symbolic import sharp as sharp_module
-from rigidpend.routes.symbolic.asymptotic import (
-    DoublyAsymptotic,
-    doubly_asymptotic,
-    skeleton,
-    track,
-)
+from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import ChainLevel
 from rigidpend.routes.symbolic.sharp import Launch, sharp
@@ -34,10 +29,7 @@ from tests.routes.symbolic.fig4 import BODY, HALF_TURNS, J1_0, H, launch, level,
 
 @pytest.mark.slow
 def test_all_orbits_are_found_and_by_a_coarser_grid_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As many as blind scans have found, of 4,000 phases in windows where they lie densest.
-
-    With three samples a half rotation many pairs lie between samples: least |U| finds them.
-    """
+    """As many as blind scans of 4,000 phases find; with few samples least |U| finds the rest."""
     assert [len(one.b) for one in rough(4)[2:]] == [22, 18, 104]
     expected = [len(one.b) for one in rough(4)[:4]]
     monkeypatch.setattr(asymptotic, "PER_CELL", 3)
@@ -95,7 +87,7 @@ def test_slopes_are_differences() -> None:
     """The slope of I = U V behind the last crossing, where U vanishes, against orbits beside."""
     found, step = orbits(2), 1e-7
     assert found.chain.residual.max() < 1e-13
-    U = [track(level(), found.b + side * step, 2).U for side in (-1, 1)]
+    U = [asymptotic.track(level(), found.b + side * step, 2).U for side in (-1, 1)]
     slope = (U[1] - U[0]) / (2 * step) * found.V
     np.testing.assert_allclose(slope, found.I_slope, rtol=1e-5, atol=0)
 
@@ -122,47 +114,35 @@ def test_phases_depend_on_no_means(other: dict[str, Any], monkeypatch: pytest.Mo
     assert min(first.error.min(), second.error.min()) >= level().displaced(106), "no less is told"
 
 
-# By an integrator that shares nothing with this package, in 51 digits: on either side of these
-# phases, 1e-29 rad away, the orbits of the surface leave the upper periodic orbit on other sides.
-HEAVIER = {
-    "1e-6": ("2.745854586762325526185369847562", "5.918165835923858015438593339897"),
-    "1e-3": ("1.374413265815075879820365419521", "4.514191009768489163323338018881"),
-}
+HEAVY = Body(A=(3, "1.3", "2.2"), r=(3, 1, 0), mu="0.02"), exact("0.8"), 9
+AS_FIG4 = {mu: (Body(BODY.A, BODY.r, mu), H, HALF_TURNS) for mu in ("1e-3", "1e-6")}
 
 
-@pytest.mark.parametrize("J1", HEAVIER)
-def test_phases_have_30_digits_where_mu_J1_0_is_large_too(J1: str) -> None:
-    """The clock of the map takes the starts to J1_0; it must not err by mu J1_0."""
-    heavy = ChainLevel.of(Body(A=(3, "1.3", "2.2"), r=(3, 1, 0), mu="0.02"), exact("0.8"))
-    [(rough, _)] = skeleton(heavy, 0, 9)
-    found = sharp(Launch(heavy, exact(J1)), doubly_asymptotic(heavy, rough))
-    off = [
-        abs(x - Fraction(known))
-        for x, known in zip(sorted(found.theta2_0), HEAVIER[J1], strict=True)
-    ]
-    assert max(off) < LAST_DIGIT
+@pytest.mark.parametrize(
+    ("of", "J1", "phases"),
+    [
+        # Starts come to J1_0 by the clock of the map, which must not err by mu J1_0.
+        (HEAVY, "1e-6", ["2.745854586762325526185369847562", "5.918165835923858015438593339897"]),
+        (HEAVY, "1e-3", ["1.374413265815075879820365419521", "4.514191009768489163323338018881"]),
+        # The normal form has the terms that the layer needs, and tells such a J1_0 less well.
+        (AS_FIG4["1e-3"], "0.2", ["3.56244502960246148766584800512059696"]),
+        (AS_FIG4["1e-6"], "0.05", ["1.43696116742902984993171666293529839"]),
+    ],
+)
+def test_phases_have_30_digits(of: tuple[Body, Any, int], J1: str, phases: list[str]) -> None:
+    """As by another integrator, in 51 digits: to either side symbols differ, or gamma3 changes."""
+    body, h, half_turns = of
+    there = ChainLevel.of(body, h)
+    [(rough, _)] = skeleton(there, 0, half_turns)
+    found = sharp(Launch(there, exact(J1)), doubly_asymptotic(there, rough))
+    for known in phases:
+        assert min(abs(x - Fraction(known)) for x in found.theta2_0) < LAST_DIGIT
     assert max(found.error) < sharp_module.FINEST_ERROR
-
-
-# The orbit at which gamma3 is 0 at its first crossing, by the same integrator as above.
-FAR = {
-    ("1e-3", "0.2"): "3.56244502960246148766584800512059696",
-    ("1e-6", "0.05"): "1.43696116742902984993171666293529839",
-}
-
-
-@pytest.mark.parametrize(("mu", "J1"), FAR)
-def test_phases_have_30_digits_where_the_normal_form_tells_J1_0_less_well(mu: str, J1: str) -> None:
-    """It has the terms that the layer needs; beyond them J1_0 is where integration finds it."""
-    far = ChainLevel.of(Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu=mu), H)
-    [(rough, _)] = skeleton(far, 0, HALF_TURNS)
-    found = sharp(Launch(far, exact(J1)), doubly_asymptotic(far, rough))
-    assert min(abs(x - Fraction(FAR[mu, J1])) for x in found.theta2_0) < LAST_DIGIT
 
 
 @pytest.mark.slow
 def test_phases_of_a_thin_body_have_30_digits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """There is a map, as its exponent keeps its digits; and starts keep theirs at any depth."""
+    """Its exponent keeps its digits, and starts keep theirs at any depth."""
     thin = ChainLevel.of(Body((1, "1e-6", "1 - 1e-6"), (1, 1, 0), "1e-10"), H)
     [(rough, _)] = skeleton(thin, 0, 8)
     found = []
@@ -174,10 +154,14 @@ def test_phases_of_a_thin_body_have_30_digits(monkeypatch: pytest.MonkeyPatch) -
     assert max(max(one.error) for one in found) < sharp_module.FINEST_ERROR
 
 
-@pytest.mark.parametrize("J1", ["0.5", "0.6", "1.41"])
-def test_phases_are_refused_where_J1_0_is_outside_of_the_normal_form(J1: str) -> None:
-    with pytest.raises(MapError, match=rf"J1_0 = {J1} lies outside of the normal form: take a"):
-        sharp(Launch(level(), exact(J1)), orbits(0))
+def test_what_has_no_phases_is_refused() -> None:
+    """Starts outside of the normal form, and a body whose surfaces doubles do not tell apart."""
+    for J1 in ("0.5", "0.6", "1.41"):
+        with pytest.raises(MapError, match=rf"J1_0 = {J1} lies outside of the normal form: take a"):
+            sharp(Launch(level(), exact(J1)), orbits(0))
+    flat = ChainLevel.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
+    with pytest.raises(NoOrbit, match=r"-18\) that .* known only to 0\..* 0\.001 rad is needed"):
+        skeleton(flat, 0, 1)
 
 
 @functools.cache
@@ -212,18 +196,9 @@ def test_integration_tells_phases_and_times_where_the_map_is_displaced() -> None
     np.testing.assert_allclose(first.flight, second.flight, rtol=1e-15)
 
 
-def test_a_body_whose_surfaces_doubles_do_not_tell_apart_is_refused() -> None:
-    flat = ChainLevel.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
-    with pytest.raises(NoOrbit, match=r"-18\) that .* known only to 0\..* 0\.001 rad is needed"):
-        skeleton(flat, 0, 1)
-
-
 @pytest.mark.slow
 def test_homoclinic_orbits_tend_to_the_periodic_orbit_at_the_floquet_rate() -> None:
-    """In 113 bits, forward and backward from the first crossing, over eight periods each.
-
-    Beside the orbit what is left is of third order, relative 1e-6 at a distance of 1e-3.
-    """
+    """In 113 bits, both ways, over eight periods; what is left is of third order in distance."""
     found, one, exactly = orbits(3), launch(), np.frompyfunc(Fraction, 1, 1)
     starts, rate = sharp(one, found).starts, floquet.periodic_orbit(BODY.angles(), float(H))
     begun = found.begun - one.clock(found.b, float(one.J1))
@@ -279,11 +254,7 @@ def test_a_track_that_doubles_do_not_place_is_refused_with_that_reason() -> None
 
 @pytest.mark.slow
 def test_steps_that_integration_does_not_tell_tell_no_slopes() -> None:
-    """Orbits of which some settle in a round before others, with r nearly that of the Hess case.
-
-    The phase is one between two from which the next symbol differs, by a Taylor series of
-    Euler-Poisson in body axes in 220 bits.
-    """
+    """Near the Hess case some settle first; by a Taylor series of Euler-Poisson in 220 bits."""
     body = Body(A=(2, 1, "3/2"), r=(1, "1.4", 0), mu="0.001")
     near = ChainLevel.of(body, H)
     three = doubly_asymptotic(near, skeleton(near, 3, 14)[3][0])

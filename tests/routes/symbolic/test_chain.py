@@ -134,12 +134,8 @@ def test_few_half_rotations_leave_room() -> None:
     assert np.diff(made.cells)[0] >= level().half_turns(level().splitting) - 1
 
 
-def test_passages_are_lessened_while_their_neighbourhood_stays_inside(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """By one each, though the second passage exists with one less; also where others are before.
-
-    The neighbourhood are eight passages on each side, as far as there are so many of the 14."""
+def test_passages_are_lessened_while_their_neighbourhood_stays_inside(monkeypatch: Any) -> None:
+    """By one each, while eight passages on each side, as far as there are so many, stay inside."""
     asked = Mock(wraps=chain_through)
     monkeypatch.setattr("rigidpend.routes.symbolic.shortest.chain_through", asked)
     word = np.random.default_rng(1).integers(0, 2, 14)
@@ -161,8 +157,11 @@ def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyP
     assert steps.max() == pytest.approx(0.5)
 
 
-def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
-    arrival = orbits_of(problem(n_symbols=1)).begin(level())
+def test_an_orbit_and_its_energy_change_with_its_phase() -> None:
+    orbits = orbits_of(problem(n_symbols=1))
+    rise = float(orbits.energy(1 + 1e-3) - orbits.energy(1 - 1e-3))
+    assert orbits.energy_slope(1) == pytest.approx(rise / 2e-3, rel=1e-5, abs=0)
+    arrival = orbits.begin(level())
     early, here, late = (arrival(1.2 + x) for x in (-1e-3, 0.0, 1e-3))
     assert here.I_slope == pytest.approx((late.I - early.I) / 2e-3, rel=1e-5, abs=0)
     assert here.b_slope == pytest.approx((late.b - early.b) / 2e-3, rel=1e-5)
@@ -290,9 +289,3 @@ def test_invariants_settle_at_their_roundings(monkeypatch: pytest.MonkeyPatch) -
     np.testing.assert_allclose(-np.log(np.abs(I)) / here.rates(I).exponent, growth, rtol=1e-14)
     low, high = (here.invariants(signs, growth + off)[0] for off in (-1e-5, 1e-5))
     np.testing.assert_allclose(slope, (high - low) / 2e-5, rtol=1e-9)
-
-
-def test_the_slope_of_the_energy_is_its_derivative() -> None:
-    orbits = orbits_of(problem())
-    rise = float(orbits.energy(1 + 1e-3) - orbits.energy(1 - 1e-3))
-    assert orbits.energy_slope(1) == pytest.approx(rise / 2e-3, rel=1e-5, abs=0)

@@ -14,24 +14,11 @@ from rigidpend.numbers import Array
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import NoOrbit, closed_orbit
+from rigidpend.routes.symbolic import closed as closed_module
 from rigidpend.routes.symbolic.chain import crossing_states, passages
-from rigidpend.routes.symbolic.closed import (
-    ClosedOrbit,
-    actions,
-    closed,
-    closing,
-    lyapunov,
-    roundings,
-    words,
-)
+from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
-from rigidpend.routes.symbolic.stretching import (
-    Stretched,
-    integrated,
-    most_stretched,
-    stretched,
-    stretching,
-)
+from rigidpend.routes.symbolic.stretching import integrated, most_stretched, stretched, stretching
 from tests.bodies import problem
 from tests.routes.symbolic.fig4 import BODY, H, chain_of, level
 
@@ -47,40 +34,57 @@ def test_words_are_one_for_each_orbit() -> None:
         lyapunov(lacking, 2)
 
 
-@pytest.mark.slow
+SLOW = pytest.mark.slow
+STEEP = Body((2, "1.01", "1.48"), ("0.85", "0.53", 0), "0.0004"), 1
+"""A passage stretches more than a thousand times."""
+SHARP = Body((2, "1.32", "1.72"), ("0.62", "0.02", 0), "3.68e-3"), 1
+"""Passages happen to meet sharply, and the gap is less than the expected one."""
+SPARED = Body(("1.534", "1.296", "1.44"), ("0.983", "0.184", 0), "0.000179"), "1.0882"
+BENT = Body(("1.05", "0.92", 1), (1, 10, 0), "1e-5"), "0.25"
+"""Surfaces are split by 3e-14 and bend by more: straight lines would lead away."""
+SLOWLY = (
+    Body(("1.349201", "1.047724", "1.078825"), ("0.2698", "0.9629", 0), "0.00767316"),
+    "19.5621",
+)
+"""They are split by 2e-9: corrections gain some six bits each."""
+
+
 @pytest.mark.parametrize(
-    ("body", "h", "word", "turns", "most"),
+    ("of", "word", "turns", "bits", "most", "moved"),
     [
-        # A passage stretches more than a thousand times.
-        (Body((2, "1.01", "1.48"), ("0.85", "0.53", 0), "0.0004"), 1, "0", 17, 1e-15),
-        # Passages happen to meet sharply, and the gap is less than the expected one.
-        (Body((2, "1.32", "1.72"), ("0.62", "0.02", 0), "3.68e-3"), 1, "01", None, 1e-26),
+        pytest.param(STEEP, "0", 17, 113, 1e-15, (0, 1e-11), marks=SLOW),
+        pytest.param(SHARP, "01", None, 113, 1e-26, (0, 1e-11), marks=SLOW),
+        # As long as doubles tell: d tells |I| to a tenth there, and the derivative of its end.
+        ((BODY, H), "0", 31, 113, 1e-6, (0, 1e-12)),
+        # The first corrections gain a digit or two each, so that many bits take more than twelve.
+        ((BODY, H), "0", 31, 300, 1e-60, (0, 1e-12)),
+        # What the last correction leaves is all of the gap, a hundred times what numbers round.
+        ((BODY, H), "01", 7, 159, 1e-30, (0, 1e-6)),
+        (BENT, "1", None, 113, 1e-4, (1e-7, 1e-5)),
+        (BENT, "011", None, 113, 1e-4, (1e-7, 1e-5)),
+        # Without spare bits a passage rounds up to eleven times as much as its tolerance tells.
+        (SPARED, "011", None, 106, 1e-10, (0, 1e-6)),
+        pytest.param(SLOWLY, "0", None, 113, 2e-15, (1e-9, 1e-7), marks=SLOW),
+        pytest.param(SLOWLY, "0", None, 160, 2e-15, (1e-9, 1e-7), marks=SLOW),
     ],
 )
-def test_integration_closes_to_rounding(
-    body: Body, h: Any, word: str, turns: int | None, most: float
+def test_integration_closes_to_what_is_expected(
+    of: Any, word: str, turns: int | None, bits: int, most: float, moved: tuple[float, float]
 ) -> None:
-    orbit = closed_orbit(body, word, h=h, half_turns=turns)
-    found = closing(orbit)
+    """An orbit of a body at an energy; corrections move it by so much."""
+    orbit = closed_orbit(of[0], word, h=of[1], half_turns=turns)
+    found = closing(orbit, bits)
     assert found.error < found.expected < most
-    assert found.moved < 1e-11
-    assert abs(found.period - closing(orbit, 160).period) < 1e-26
-    # The map's own, a sum of doubles, is no fine one.
-    assert 1e-26 < abs(found.period - Fraction(orbit.period)) < 1e-10
+    assert moved[0] <= found.moved < moved[1]
     at = orbit.chain.d[0], orbit.chain.chi[0]
-    assert list(map(float, found.place)) == pytest.approx(at, rel=0, abs=1e-11)
+    assert list(map(float, found.place)) == pytest.approx(at, rel=0, abs=max(1e-11, moved[1]))
 
 
-def test_passages_as_long_as_doubles_tell_are_verified_if_their_period_is_short() -> None:
-    """d in doubles tells |I| of its passage to a tenth there, and the derivative of its end."""
-    orbit = closed(level(), (0,), 31)
-    found = closing(orbit)
-    assert found.error < found.expected < 1e-6
-    assert found.moved < 1e-12
-    # The first corrections gain a digit or two each, so that many bits take more than twelve.
-    finer = closing(orbit, 300)
-    assert finer.error < finer.expected < 1e-60
-    assert abs(finer.period - found.period) < found.expected
+def test_a_period_is_finer_than_the_map_s_sum_of_doubles() -> None:
+    orbit = closed(level(), (0, 1), TURNS)
+    found, finer = (closing(orbit, bits).period for bits in (113, 160))
+    assert abs(found - finer) < 1e-26
+    assert 1e-26 < abs(found - Fraction(orbit.period)) < 1e-10
 
 
 @pytest.mark.parametrize("bits", [106, 212])
@@ -90,27 +94,8 @@ def test_a_gap_is_expected_by_the_numbers_that_round(bits: int) -> None:
         closing(closed(level(), word, turns), bits)
         for word, turns in (((0,), 14), ((1,), 21), ((0, 1), 11), ((0, 1, 1), 14))
     ]
-    for gap in found:
-        assert gap.error < gap.expected
+    assert all(gap.error < gap.expected for gap in found)
     assert np.median([gap.expected / gap.error for gap in found]) < 2000
-
-
-def test_what_the_last_correction_leaves_grows_to_the_end_too() -> None:
-    """Here it is all of the gap, a hundred times what the numbers round."""
-    gap = closing(closed(level(), (0, 1), 7), 159)
-    assert gap.error < gap.expected
-
-
-def test_bits_that_close_no_orbit_are_refused() -> None:
-    with pytest.raises(ParameterError, match="bits must be a whole number from 96 on, got 95"):
-        closing(closed(level(), (0,), TURNS), 95)
-
-
-def test_a_period_that_grows_roundings_too_much_is_not_verified() -> None:
-    """What it leaves open is 0.6 rad by one computation, and 21 rad by another."""
-    orbit = closed(level(), (0, 0, 0, 1), 28)
-    with pytest.raises(NoOrbit, match=r"113 bits to 1e\+03 rad, which verifies nothing"):
-        roundings(orbit)
 
 
 def test_a_multiplier_beyond_doubles_is_refused_and_not_infinite() -> None:
@@ -183,7 +168,7 @@ def test_a_turn_by_pi_about_the_axis_of_the_centre_takes_orbits_to_orbits(
         assert_alike(f"{cell} {word}", f"{image} {exchanged(word[1:] + word[:1])}", body)
 
 
-def test_wrong_words_are_refused() -> None:
+def test_what_is_no_closed_orbit_is_refused() -> None:
     with pytest.raises(ParameterError, match="0 and 1"):
         closed_orbit(BODY, "012", h=H)
     with pytest.raises(ParameterError, match="without half rotations"):
@@ -191,6 +176,11 @@ def test_wrong_words_are_refused() -> None:
     for turns in (0, 2.5, "11", 10**30):
         with pytest.raises(ParameterError, match=r"half_turns must .* from 1 to 999999, got"):
             closed_orbit(BODY, "0011", h=H, half_turns=turns)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match="bits must be a whole number from 96 on, got 95"):
+        closing(closed(level(), (0,), TURNS), 95)
+    # A period that grows roundings leaves open 0.6 rad by one computation, and 21 by another.
+    with pytest.raises(NoOrbit, match=r"113 bits to 1e\+03 rad, which verifies nothing"):
+        closed_module.roundings(closed(level(), (0, 0, 0, 1), 28))
     with pytest.raises(NoOrbit):
         closed_orbit(BODY, "0011", h=H, half_turns=4)
     assert closed_orbit(BODY, "0011", h=H).half_turns < 12
@@ -245,12 +235,7 @@ LESS = Body(A=("1.05", "0.85", 1), r=(1, 10, 0), mu="1e-5")
 def test_multipliers_of_thin_bodies(
     body: Body, h: str, word: str, trace: float, missed: float
 ) -> None:
-    """By 4e-8, and by 3e-11. The traces are of Euler-Poisson in 113 and in 212 bits.
-
-    The first are of another program, with variations; the last is of Newton's method and finite
-    differences. The passages' derivatives in (d, chi), multiplied, err by a billionth of the first
-    and by a thousandth of the last.
-    """
+    """Split by 4e-8 and 3e-11; by Euler-Poisson: variations in 113 bits, differences in 212."""
     found = closed_orbit(body, word, h=h)
     assert found.trace == pytest.approx(trace, rel=missed)
     exponent = math.acosh(abs(trace) / 2) / len(found.chain.b)
@@ -268,43 +253,17 @@ def test_an_exponent_beside_zero_errs_by_a_root_of_what_its_trace_does(side: int
     assert beside.exponent_error == pytest.approx(math.acosh(1 + off) / n, rel=1e-6)
 
 
-def test_an_orbit_that_does_not_come_to_close_is_not_verified(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_orbit_that_does_not_come_to_close_is_not_verified(monkeypatch: Any) -> None:
     """Corrections that gain too little, or are more than roundings explain, prove nothing."""
     orbit = closed(level(), (0,), TURNS)
-    with monkeypatch.context() as patch:
-        patch.setattr("rigidpend.routes.symbolic.closed.GAINED", 100)
-        with pytest.raises(NoOrbit, match=r"the orbit of 0 does not come to close, by \d"):
-            closing(orbit)
-    monkeypatch.setattr("rigidpend.routes.symbolic.closed.MOVED", 1e-17)
-    with pytest.raises(NoOrbit, match=r"come to close: a correction is .*are split by 0\.0004"):
-        closing(orbit)
-
-
-@pytest.mark.parametrize("word", ["1", "011"])
-def test_where_surfaces_bend_by_more_than_splits_them_orbits_are_verified(word: str) -> None:
-    """By 3e-14; along straight lines the first correction would lead away."""
-    found = closing(closed_orbit(Body(("1.05", "0.92", 1), (1, 10, 0), "1e-5"), word, h="0.25"))
-    assert found.error < found.expected < 1e-6
-    assert 1e-7 < found.moved < 1e-5
-
-
-def test_numbers_without_spare_bits_gain_nothing_below_their_roundings() -> None:
-    """There a passage rounds up to eleven times as much as its tolerance tells."""
-    body = Body(("1.534", "1.296", "1.44"), ("0.983", "0.184", 0), "0.000179")
-    found = closing(closed_orbit(body, "011", h="1.0882"), 106)
-    assert found.error < found.expected < 1e-10
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("bits", [113, 160])
-def test_an_orbit_that_comes_to_close_slowly_is_verified(bits: int) -> None:
-    """Corrections gain some six bits each, for the surfaces are split by 2e-9."""
-    body = Body(("1.349201", "1.047724", "1.078825"), ("0.2698", "0.9629", 0), "0.00767316")
-    found = closing(closed_orbit(body, "0", h="19.5621"), bits)
-    assert found.error < found.expected < 2e-15
-    assert 1e-9 < found.moved < 1e-7
+    for name, limit, said in (
+        ("GAINED", 100, r"the orbit of 0 does not come to close, by \d"),
+        ("MOVED", 1e-17, r"come to close: a correction is .*are split by 0\.0004"),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(closed_module, name, limit)
+            with pytest.raises(NoOrbit, match=said):
+                closing(orbit)
 
 
 def test_a_closed_orbit_stretches_by_its_multiplier() -> None:
@@ -328,11 +287,11 @@ def some(count: int) -> tuple[Array, Array]:
 
 
 @pytest.fixture(scope="module")
-def found(orbits: OrbitFamily) -> Stretched:
+def found(orbits: OrbitFamily) -> Any:
     return stretched(orbits, *some(200), PASSAGES)
 
 
-def test_the_variational_equations_grow_as_much(found: Stretched) -> None:
+def test_the_variational_equations_grow_as_much(found: Any) -> None:
     assert found.inside.all()
     off = np.abs(integrated(found) - found.growth[-1])
     assert (off < found.allowed + found.allowed_integrated).all()
@@ -341,44 +300,32 @@ def test_the_variational_equations_grow_as_much(found: Stretched) -> None:
 
 
 SHRUNK = Body(A=(2, "1/5", "9/5"), r=(3, 8, 0), mu="1e-5")
-
-
-def test_what_shrinks_again_is_rounded_as_what_had_grown() -> None:
-    """A deviation grows to exp(14) and shrinks to exp(4) and exp(5).
-
-    By the variational equations of (M, gamma), a Taylor series of degree 34 in 113 bits.
-    """
-    orbits = orbits_of(problem(SHRUNK, 3, "1.2"))
-    phases, actions = [4.754114033321756, 4.754114], [8.802725145750686e-08, 8.8027e-08]
-    seen = stretched(orbits, np.array(phases), np.array(actions), 3)
-    off = np.abs(seen.growth[-1] - [4.279500267843436, 4.959372696596074])
-    assert (off < seen.allowed).all()
-    assert (seen.allowed < 1e-7).all()
-
-
 THIN = Body((1, "0.548", "0.556"), ("0.355", "0.935", 0), "0.0106")
 LESS_THIN = Body((1, "0.647", "0.679"), ("0.491", "0.871", 0), "8.2e-5")
+"""Surfaces of both are split by a 2e-6th and a 4e-4th of the layer."""
 
 
 @pytest.mark.parametrize(
-    ("body", "start", "grown", "most"),
+    ("body", "h0", "start", "n", "grown", "most"),
     [
+        # It grows to exp(14), then shrinks and is rounded as what had grown.
+        (SHRUNK, "1.2", (4.754114033321756, 8.802725145750686e-08), 3, 4.279500267843436, 1e-7),
+        (SHRUNK, "1.2", (4.754114, 8.8027e-08), 3, 4.959372696596074, 1e-7),
         # The largest roundings are those of the derivatives, and those of the angles of passages.
-        (THIN, (5.201631831312892, 2.392218609764373e-09, 4), 20.157101117394234, 0.1),
-        (LESS_THIN, (4.82, 1e-8, 2), 16.754351688647613, 1e-8),
+        (THIN, 1, (5.201631831312892, 2.392218609764373e-09), 4, 20.157101117394234, 0.1),
+        (LESS_THIN, 1, (4.82, 1e-8), 2, 16.754351688647613, 1e-8),
     ],
 )
-def test_where_the_surfaces_are_split_by_little_the_bound_is_near_the_error(
-    body: Body, start: Any, grown: float, most: float
+def test_a_growth_is_off_by_its_bound_at_most(
+    body: Body, h0: Any, start: tuple[float, float], n: int, grown: float, most: float
 ) -> None:
-    """By a 2e-6th and a 4e-4th of the layer; the truth is that of `scripts/stated.py`."""
-    theta2, J1, n = start
-    orbits = orbits_of(problem(body, n, 1))
-    seen = stretched(orbits, np.array([theta2]), np.array([J1]), n)
+    """By variational equations of (M, gamma), Taylor series in 113 bits, or `scripts/stated.py`."""
+    theta2, J1 = map(np.atleast_1d, start)
+    seen = stretched(orbits_of(problem(body, n, h0)), theta2, J1, n)
     assert abs(seen.growth[-1, 0] - grown) < seen.allowed[0] < most
 
 
-def test_orbits_have_their_codes(found: Stretched) -> None:
+def test_orbits_have_their_codes(found: Any) -> None:
     phases, actions = some(200)
     for k in (0, 77, 160):
         routes = route_codes(BODY, [phases[k]], h0=H, J1_0=actions[k], n_symbols=PASSAGES)
