@@ -80,7 +80,7 @@ class Bodies(Part):
 
     The truth, where two methods differ, may take four times as long."""
     longest: Annotated[Whole, Field(ge=1, le=3600)] = 12
-    """Expected time of ours for a body, seconds of a core: fewer orbits if all would take longer."""
+    """Expected time of ours for a body, seconds of a core: fewer orbits where all take longer."""
 
 
 class Config(ExperimentConfig):
