@@ -19,7 +19,6 @@ from rigidpend.surfaces.splitting import MOST_HARMONICS, derivative, distance, h
 from rigidpend.surfaces.surface_orbits import (
     Points,
     coefficients,
-    kind,
     launch,
     meet,
     numbers,
@@ -138,15 +137,6 @@ def test_the_error_holds_for_a_body_almost_without_moment_about_an_axis() -> Non
     assert np.abs(found.excess[:3] - truth.excess[:3]).max() <= found.error + truth.error
 
 
-@pytest.mark.slow
-def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
-    light, both = Body(FIG4.A, FIG4.r, "1e-6"), ARITHMETIC._replace(precisions=(53, 113))
-    assert not measure(light, H0, LIGHT, IN_DOUBLES).resolved
-    found = measure(light, H0, LIGHT, both)
-    assert (found.resolved, found.bits) == (True, 113)
-    assert measure(FIG4, H0, ALLOWED, both).bits == 53
-
-
 @pytest.mark.parametrize(
     ("apart", "beyond", "error"),
     [(0, (0, 0), 2.0**-51), (1e-3, (0, 0), 4e-3), (0, (2, 3), 3), (0, (3, 2), 3)],
@@ -223,32 +213,18 @@ def test_a_small_offset_keeps_its_relative_precision() -> None:
     assert abs(offset / tiny - 1) < 1e-20
 
 
-def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
-    """A turn of theta2 earlier the same orbit of S1- is lower by exp(-2 pi^2/nu), to O(mu)."""
-    s = surface(GENERIC, H0, 53)
-    phases = [2 * M.pi * k / 32 for k in range(32)]
-    found = []
-    for depth in (40, 43, 60):
-        met = meet(s, phases, M.mpf(depth), ARITHMETIC)
-        assert met is not None
-        told = harmonics(met, kind(s, ARITHMETIC))
-        assert told is not None
-        found.append(np.array(told[0], dtype=float))
-    assert np.abs(found[0]).max() > 1e-5
-    assert np.ptp(found, axis=0).max() < 1e-15
-
-
-def test_precisions_whose_rounding_is_far_too_large_are_not_tried() -> None:
+def test_precisions_are_tried_in_turn_but_for_those_whose_rounding_is_far_too_large() -> None:
     """Of nu = 185 not even 160 bits resolve anything, and take a quarter of a minute."""
-    body = Body(A=(2, "1.9625", "1.98948"), r=(1, 0, 0), mu="5.8e-5")
-    found = measure(body, H0, ALLOWED, resolve(precisions=(53, 106, 160)))
+    body, both = Body(A=(2, "1.9625", "1.98948"), r=(1, 0, 0), mu="5.8e-5"), (53, 106)
+    found = measure(body, H0, ALLOWED, resolve(precisions=(*both, 160)))
     assert (found.resolved, found.bits) == (False, 53)
-    # Others are, of which doubles tell nothing either.
-    body = Body(A=(2, "1.88", "1.95"), r=(1, 1, 0), mu="1e-5")
-    found = measure(body, H0, 1e-4, resolve(precisions=(53, 106)))
+    # Others are, of which doubles tell nothing either, until the splitting is resolved.
+    body, one = Body(A=(2, "1.88", "1.95"), r=(1, 1, 0), mu="1e-5"), resolve(precisions=both)
+    found = measure(body, H0, 1e-4, one)
     assert (found.resolved, found.bits) == (True, 106)
+    assert measure(FIG4, H0, ALLOWED, one).bits == 53
     # Those whose rounding is a thousand times too large at most are.
-    s, one = surface(body, H0, 106), resolve(precisions=(53, 106))
+    s = surface(body, H0, 106)
     noise = one.tolerance * 2.0**-53 * float(s.p.mu / s.h0 / splitting.amplitude(s))
     for times, bits in ((990, 106), (1010, 53)):
         assert measure(body, H0, noise / times, one).bits == bits
