@@ -144,14 +144,6 @@ def noted(begin: Any, after: float) -> Any:
     return step
 
 
-@pytest.mark.parametrize("steady", [(1, 1), (1, 0), (0, 1), (0, 0)])
-@pytest.mark.parametrize("sense", [1, -1])
-def test_a_crossing_just_where_two_steps_meet_is_one(sense: int, steady: Any) -> None:
-    steps = np.array([noted((1, -1, -sense), 0.0), noted((1, -1, 0.0), sense)])
-    steps["steady"], steps["zero"], steps["Qp"], steps["Qm"] = steady, (1.0, 0.0), 1.0, -1.0
-    assert batch.crossings_on(steps, 53).tolist() == [[0], [1], [2 if sense > 0 else 1]]
-
-
 def test_a_touch_is_as_deep_as_the_momentum_allows_where_the_step_begins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
