@@ -81,16 +81,18 @@ def test_the_error_told_holds_where_steps_are_few(monkeypatch: pytest.MonkeyPatc
     assert 1e-11 < np.abs(found.gained - right).max() < found.error.max()
 
 
-def test_theta3_is_followed_by_the_engine_that_is_asked_for(
+def test_theta3_is_followed_by_the_engine_asked_for_and_what_g_is_off_by_counts_in_the_error(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    followed = Mock(wraps=states_at)
-    monkeypatch.setattr(heteroclinic, "beginning", lambda *_: (76.0, 40.0, 0.0))
-    monkeypatch.setattr(heteroclinic, "states_at", followed)
-    increments(GENERIC, H0, resolve("scipy", 1e-9))
-    for call in followed.call_args_list:
-        assert call.kwargs == {"engine": "scipy", "tolerance": 1e-9}
-    assert followed.called
+    """As a share of what the two orbits differ by: here they are cut off at unlike times."""
+    monkeypatch.setattr(heteroclinic, "beginning", lambda s, g, _: (76.0, 40.0 + g, 0.5))
+    monkeypatch.setattr(heteroclinic, "states_at", followed := Mock(wraps=states_at))
+    found = increments(GENERIC, H0, resolve("scipy", 1e-9))
+    asked = [call.kwargs for call in followed.call_args_list]
+    assert asked == [{"engine": "scipy", "tolerance": 1e-9}] * 4
+    apart = np.ptp(found.gained, axis=0)
+    assert apart.min() > 0
+    assert (found.error >= apart / 2).all()
 
 
 @pytest.mark.parametrize(
@@ -126,15 +128,6 @@ def test_an_orbit_is_none_where_g_leaps_over_its_goal(
     s = surface(GENERIC, H0, 53)
     with contextlib.nullcontext() if found else pytest.raises(ArithmeticError, match="no orbit"):
         assert abs(heteroclinic.beginning(s, 0.0, ARITHMETIC).off) == off
-
-
-def test_what_g_is_off_by_counts_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As a share of what the two orbits differ by: here they are cut off at unlike times."""
-    monkeypatch.setattr(heteroclinic, "beginning", lambda s, g, _: (76.0, 40.0 + g, 0.5))
-    found = increments(GENERIC, H0, resolve("scipy", 1e-9))
-    apart = np.ptp(found.gained, axis=0)
-    assert apart.min() > 0
-    assert (found.error >= apart / 2).all()
 
 
 def test_an_elliptic_periodic_orbit_is_said_to_have_no_surface() -> None:
