@@ -150,6 +150,17 @@ def test_eq_tt_leaves_a_residual_of_second_order(body: Body, family: int, epsilo
     assert slope(left) == pytest.approx(2, abs=0.01)
 
 
+def T2_as_printed(theta2: Any, p: Any, h0: Any, family: int, epsilon: int, m: Any) -> Any:
+    theta1, J1, angle, J2 = periodic_solution(theta2, p, h0, family, epsilon, m)
+    right, printed = m.cos(p.beta0 + epsilon * p.alpha0 + theta2), m.cos(theta2)
+    return theta1, J1, angle + p.mu / (2 * h0) * (printed - right), J2
+
+
+def test_eq_tt_as_printed_leaves_a_residual_of_first_order_at_J1_J2() -> None:
+    left = [residual(GENERIC, 2, 1, mu, T2_as_printed) for mu in MUS]
+    assert slope(left) == pytest.approx(1, abs=0.01)
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 @examples(6, bodies(), numbers(1.001, 3), numbers(0.1, 6.1), numbers(0, 6.3))
 def test_eq_eq_Ric1_is_eq1_beside_the_pendulum_motions(

@@ -29,12 +29,33 @@ from tests.surfaces.bracket import bracket_on
 HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
 
 
+def nearly_round(nu: float) -> Body:
+    """A body of about the given nu; the nearer to a sphere, the larger it is."""
+    spread = 2 * math.pi / nu
+    return Body(A=(2, 2 - spread, 2 - spread / 2), r=(1, 3, 0), mu=0)
+
+
 @pytest.mark.parametrize("number", SEPARATRICES)
 @pytest.mark.parametrize("phase", [0.0, 1.0, 4.0])
 def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) -> None:
     p, motion = FIG4.angles(), SeparatrixMotion(number, 0.3, 0.7, phase)
     found = quad(lambda t: bracket_on(motion, t, p, math), -40, 40, epsabs=1e-14, limit=500)[0]
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
+
+
+def test_eq_Im_is_its_middle_form_with_legendre_s_integral() -> None:
+    """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
+    m, p = FINE, fine_angles(nearly_round(5))
+
+    def legendre(x: Any) -> Any:
+        return m.sin(2 * p.nu * x) / (m.exp(2 * m.pi * x) + 1)
+
+    ends = [k * m.pi / p.nu for k in range(math.ceil(11 * 5 / math.pi))]
+    middle = 1 - 4 * p.nu * m.quad(legendre, ends, method="gauss-legendre")
+    J2 = m.mpf("0.7")
+    # sigma_0/u
+    unit = 2 * m.sin((p.alpha0 + p.beta0) / 2) / (p.kappa * J2)
+    assert abs(-melnikov.amplitude(2, J2, p, m) / unit - middle) < 1e-26
 
 
 @pytest.mark.parametrize("nu", [1e-3, 4.0, 300.0, 745.0, 2000.0])
