@@ -76,6 +76,9 @@ def test_order_the_curve_errs_in_the_second_order_and_its_cosine_in_the_third(bo
         measure(Body(body.A, body.r, mu), H0, ALLOWED, IN_DOUBLES) for mu in ("1e-3", "2e-3")
     )
     assert (one.resolved, two.resolved) == (True, True)
+    # In other units it is the same.
+    doubled = measure(Body(body.A, body.r, "4e-3"), exact(2), ALLOWED, IN_DOUBLES)
+    np.testing.assert_allclose(doubled.excess, two.excess, rtol=0, atol=2 * two.error)
     assert two.excess[:3] / one.excess[:3] == pytest.approx([4, 2, 4], rel=2e-3)
     assert 1e-7 < abs(one.excess[0]) < 1e-4
 
