@@ -3,6 +3,7 @@
 import math
 import platform
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -13,12 +14,13 @@ from numpy.polynomial import Polynomial
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.orbits.integrate import in_unit
+from rigidpend.orbits.integrate import bigint, in_unit
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.following import carrying, note
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, lanes_for
 from rigidpend.orbits.integrate.states import states_at
+from tests.orbits.integrate.problems import fan, task
 
 C = AlignedCoefficients(
     *(Fraction(x) for x in ("0.43", "0.03", "0.04", "0.55", "0.07", "0.06", "0.3", "0.9", "0.8"))
@@ -151,6 +153,18 @@ def test_every_processor_computes_the_same_bits(
         cached.cache_clear()
     assert plain[:2] == here[:2]
     np.testing.assert_array_equal(plain[2], here[2])
+
+
+@pytest.mark.parametrize("bits", [60, 300])
+def test_products_of_whole_series_are_the_sums_of_their_terms(
+    bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whole numbers, of which no digit depends on the way."""
+    orbits = task(fan(1), 113)
+    given = orbits.coefficients, orbits.states[:, 0], bits
+    by_products = list(islice(bigint.steps(*given), 2))
+    monkeypatch.setattr(bigint, "SHORT", 10**6)
+    assert list(islice(bigint.steps(*given), 2)) == by_products
 
 
 @pytest.mark.parametrize(
