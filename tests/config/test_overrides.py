@@ -65,6 +65,7 @@ problem.h0=-1 | problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001
 problem.A=[] | problem.A: expected 3 values, got 0
 problem.A.0=0.5 | problem.A: A1 > A3 > A2 is broken
 problem.A.HUGE=1 | problem.A: has no entry
+DEEP=1 | more than 32 keys inside each other
 figure=LONG | figure: expected text of at most 100 characters
 problem.arrays.new.start=0 | problem.arrays.new.
 nope.x=1 | nope: unknown key
@@ -75,7 +76,9 @@ experiment=route_code | experiment: no such experiment: 'route_code'; did you me
 
 @pytest.mark.parametrize("case", REFUSED.strip().splitlines())
 def test_a_wrong_setting_is_named_with_all_that_is_wrong_with_it(case: str) -> None:
-    setting, said = case.replace("HUGE", "9" * 5000).replace("LONG", "9" * 101).split(" | ")
+    for word, meant in (("HUGE", "9" * 5000), ("LONG", "9" * 101), ("DEEP", "a." * 32 + "a")):
+        case = case.replace(word, meant)
+    setting, said = case.split(" | ")
     for problem in refused(FIG4, [setting]):
         assert str(problem).startswith(f"--set {setting}: {said}"[:200])
 
@@ -124,6 +127,7 @@ def test_a_file_of_any_name_can_be_swept(tmp_path: Path) -> None:
 
 
 SWEPT = {
+    "problem.mu=1,2 problem.mu=3,4": "a key is swept twice: problem.mu, problem.mu",
     "problem.mu": "--sweep problem.mu: expected KEY.KEY=VALUE,VALUE",
     "problem.mu=1": "a sweep of problem.mu needs two values or more",
     "problem.mu=1,1": "the value 1 is given twice",
@@ -137,16 +141,11 @@ SWEPT = {
 }
 
 
-@pytest.mark.parametrize("option", SWEPT)
-def test_what_is_wrong_with_a_sweep_is_named(option: str) -> None:
+@pytest.mark.parametrize("options", SWEPT)
+def test_what_is_wrong_with_a_sweep_is_named(options: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        loading.load_swept([FIG4], (), [option])
-    assert SWEPT[option] in str(caught.value)
-
-
-def test_a_key_is_swept_once() -> None:
-    with pytest.raises(ConfigError, match=r"a key is swept twice: problem\.mu, problem\.mu"):
-        loading.load_swept([FIG4], (), ["problem.mu=1e-4,1e-3", "problem.mu=1e-5,1e-6"])
+        loading.load_swept([FIG4], (), options.split())
+    assert SWEPT[options] in str(caught.value)
 
 
 NO_NAMES = ("", "a/b", "../x", "all", ".hidden", "x" * 200, "a\nb")

@@ -71,8 +71,10 @@ def test_eq_sol_3_is_5_3_in_other_coordinates(family: int, body: Body, surplus: 
 
 
 @pytest.mark.parametrize("gap", GAPS)
-def test_period_is_the_time_of_a_turn(gap: float) -> None:
+def test_the_modulus_keeps_its_digits_and_the_period_is_the_time_of_a_turn(gap: float) -> None:
     h0 = P.mu + gap
+    exact = FINE.sqrt((FINE.mpf(h0) - P.mu) / (FINE.mpf(h0) + P.mu))
+    assert abs(pendulum.complement(h0, P.mu, math) / exact - 1) < ROUNDING
     t = np.linspace(0, pendulum.period(P, h0, math), 101)
     _, J2, tau = pendulum.canonical_motion(t, P, h0, 1, np)
     assert J2[-1] == pytest.approx(J2[0], rel=1e-12, abs=0)

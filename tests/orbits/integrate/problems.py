@@ -90,6 +90,11 @@ def find(
     return crossings(orbits, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
 
 
+def by(engine: str, bits: int, jobs: int = 1) -> dict[str, Any]:
+    """Named arguments of what follows orbits, with the finest tolerance."""
+    return {"engine": engine, "bits": bits, "tolerance": 2.0**-52, "jobs": jobs}
+
+
 def same(a: tuple[Any, ...], b: tuple[Any, ...]) -> bool:
     """Whether two records are equal, bit for bit."""
     pairs: Any = zip(a, b, strict=True)

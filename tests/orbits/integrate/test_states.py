@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients, on_section
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import WEIGHTS, bigint, states
@@ -19,7 +18,7 @@ from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW_LANES, LANES
 from rigidpend.orbits.integrate.states import at_crossings, first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
-from tests.orbits.integrate.problems import ENGINES, FIG4, FREE, GENERIC, WAYS, fan, find, task
+from tests.orbits.integrate.problems import ENGINES, FIG4, FREE, GENERIC, WAYS, by, fan, find, task
 
 K2 = 0.9
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -205,8 +204,7 @@ def test_invariant_the_length_of_gamma_walks_by_roundings_and_does_not_drift() -
 def first(engine: str, bits: int, limit: float = 200.0, n: int = 1) -> Any:
     """Of Fractions, or of doubles."""
     orbits = task(fan(2)[:, :n], 53 if (engine, bits) == ("taylor", 53) else 212)
-    given: dict[str, Any] = {"engine": engine, "bits": bits, "tolerance": 2.0**-52, "jobs": 1}
-    return first_crossings(orbits.coefficients, orbits.states, limit, **given)
+    return first_crossings(orbits.coefficients, orbits.states, limit, **by(engine, bits))
 
 
 @functools.cache
@@ -237,26 +235,18 @@ def test_agrees_with_230_bit_integers_and_the_first_of_all_crossings(
 
 
 @pytest.mark.parametrize(("engine", "bits"), WAYS[:3] + WAYS[-1:])
-def test_an_orbit_that_does_not_cross_in_time_is_none(engine: str, bits: int) -> None:
-    assert first(engine, bits, 3.0) is None
-
-
-def test_one_orbit_that_comes_too_late_is_enough() -> None:
-    early, late = sorted(first("taylor", 53, n=2)[0])
+def test_where_one_orbit_does_not_cross_in_time_there_is_none(engine: str, bits: int) -> None:
+    early, late = sorted(map(float, first("taylor", 53, n=2)[0]))
     assert late - early > 1e-6
-    assert first("taylor", 53, (early + late) / 2, n=2) is None
+    assert first(engine, bits, (early + late) / 2, n=2) is None
 
 
 def test_crossings_are_sought_until_none_is_late_and_what_is_left_is_told() -> None:
-    orbits = task(fan(3), 88)
-    given: dict[str, Any] = {"engine": "taylor", "bits": 88, "tolerance": 2.0**-52, "jobs": 1}
-    exact = first_crossings(orbits.coefficients, orbits.states, 200.0, **given)
+    given, ways = task(fan(3), 88)[:2], by("taylor", 88)
+    exact = first_crossings(*given, 200.0, **ways)
     assert exact is not None
     times = exact[0].astype(float) - np.array([1e-3, 0.0, 0.0])
-    once, settled = (
-        at_crossings(orbits.coefficients, orbits.states, times, late=late, **given)
-        for late in (1.0, 1e-12)
-    )
+    once, settled = (at_crossings(*given, times, late=late, **ways) for late in (1.0, 1e-12))
     # M3 bends by as much on the way.
     assert once[2][0] == pytest.approx(1e-3, rel=1e-2)
     assert np.abs(once[2][1:]).max() < 1e-12
@@ -275,28 +265,24 @@ def test_order_of_a_crossing_beside_a_state_is_the_third_in_the_time_between() -
 
 def test_crossings_in_many_bits_are_the_same_in_far_units_of_M_and_by_two_threads() -> None:
     """Beyond 212 bits the kernel has a unit of M of its own, and time in its inverse."""
-    orbits, unit, bits = task(fan(3), 424), Fraction(2**20), 424
-    given: dict[str, Any] = {"engine": "taylor", "bits": bits, "tolerance": 2.0**-52}
-    exact = first_crossings(orbits.coefficients, orbits.states, 200.0, **given, jobs=1)
+    orbits, unit, off = task(fan(3), 424), Fraction(2**20), 1e-3 * 2.0**-20
+    c, states = orbits[:2]
+    exact = first_crossings(c, states, 200.0, **by("taylor", 424))
     assert exact is not None
-    c = orbits.coefficients._replace(
-        **{x: getattr(orbits.coefficients, x) * unit**2 for x in WEIGHTS}
-    )
-    begun = np.array([*(orbits.states[:3] * unit), *orbits.states[3:]])
-    about = (exact[0].astype(float) - 1e-3) / float(unit)
+    heavier = c._replace(**{x: getattr(c, x) * unit**2 for x in WEIGHTS})
+    begun = np.array([*(states[:3] * unit), *states[3:]])
+    given = heavier, begun, (exact[0].astype(float) - 1e-3) / float(unit)
     late = 2.0**-400 / float(unit)
-    times, there, left = at_crossings(c, begun, about, late=late, **given, jobs=2)
+    times, there, left = at_crossings(*given, late=late, **by("taylor", 424, jobs=2))
     assert np.abs(left).max() < late
     assert np.abs(times * unit - exact[0]).max() < Fraction(2) ** -395
     assert np.abs(there[:3] / unit - exact[1][:3]).max() < Fraction(2) ** -395
     assert np.abs(there[3:] - exact[1][3:]).max() < Fraction(2) ** -395
-    off = 1e-3 / float(unit)
-    ended, went_on = (
-        at_crossings(c, begun, about, late=share * off, **given, jobs=1)[2] for share in (1.1, 0.9)
+    ended, went_on, again = (
+        at_crossings(*given, late=x, **by("taylor", 424)) for x in (1.1 * off, 0.9 * off, late)
     )
-    assert ended == pytest.approx(off, rel=1e-2)
-    assert np.abs(went_on).max() < off / 100
-    again = at_crossings(c, begun, about, late=late, **given, jobs=1)
+    assert ended[2] == pytest.approx(off, rel=1e-2)
+    assert np.abs(went_on[2]).max() < off / 100
     assert (again[0] == times).all()
     assert (again[1] == there).all()
 
@@ -309,19 +295,8 @@ def test_engine_scipy_computes_in_integers(monkeypatch: pytest.MonkeyPatch) -> N
         first("taylor", 80)
 
 
-def test_integers_keep_their_digits_where_motion_is_so_slow_that_series_end_in_zeros() -> None:
-    """Steps longer than one would lose up to two thirds of them; the kernel takes such steps."""
-    body = Body((2, "0.29", "1.72"), ("0.97", "0.25", 0), "0.0034")
-    c = AlignedCoefficients(*map(fraction, aligned_coefficients(body.angles(200), context(150))))
-    begin = np.array([["1/250"], ["3/500"], ["6/5"], ["3/5"], ["0"], ["4/5"]])
-    begin, times = np.vectorize(Fraction, otypes=[object])(begin), np.array([[Fraction(5)]])
-    by_kernel = states_at(c, begin, times, 212)
-    by_integers = states_at(c, begin, times, 150, engine="scipy")
-    assert np.abs(by_kernel - by_integers).max() < Fraction(1, 2**140)
-
-
 def test_a_step_in_integers_along_a_steady_rotation_is_one_long() -> None:
-    """Its coefficients vanish: a longer step is not safe, and a shorter one not needed."""
+    """Where series end in zeros a longer step loses digits, and a shorter one is not needed."""
     c = AlignedCoefficients(*map(fraction, aligned_coefficients(FREE.angles(200), context(150))))
     rotation = [Fraction(x) for x in (0, 0, "6/5", 0, 0, 1)]
     step = next(bigint.steps(c, rotation, 150))

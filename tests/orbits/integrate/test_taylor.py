@@ -25,7 +25,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.passages import touch
 from rigidpend.orbits.integrate.states import states_at
-from tests.orbits.integrate.problems import GENERIC, fan, find, same, task
+from tests.orbits.integrate.problems import fan, find, same, task
 
 
 @pytest.mark.parametrize("bits", [53, 106, 212])
@@ -52,21 +52,6 @@ def test_orbits_are_told_to_be_under_way_until_they_are_done(monkeypatch: Any) -
     assert open_ == sorted(open_, reverse=True)
     assert (open_[0], 0 < open_[-1] <= 8) == (21, True)
     assert all(re.search(r"at t' = [\d.e+]+; a passage takes [\d.e+]+ at most$", x) for x in told)
-
-
-@pytest.mark.parametrize("bits", [53, 106])
-def test_outcome_out_of_steps_is_too_long_and_the_next_run_knows_nothing_of_it(
-    bits: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    whole = find(fan(2), "taylor", bits)
-    assert whole.outcome.tolist() == [Outcome.COMPLETE] * 2
-    monkeypatch.setattr(batch, "STEPS", {bits: 8})
-    monkeypatch.setattr(batch, "MOST_STEPS", 3)
-    found = find(fan(3, GENERIC), "taylor", bits, body=GENERIC)
-    assert found.outcome.tolist() == [Outcome.TOO_LONG] * 3
-    assert np.isnan(found.time).all()
-    monkeypatch.undo()
-    assert same(find(fan(2), "taylor", bits), whole)
 
 
 @pytest.mark.parametrize("M", [2.0**-7, 1.0, 2.0**7])
@@ -144,14 +129,6 @@ def noted(begin: Any, after: float) -> Any:
     return step
 
 
-@pytest.mark.parametrize("steady", [(1, 1), (1, 0), (0, 1), (0, 0)])
-@pytest.mark.parametrize("sense", [1, -1])
-def test_a_crossing_just_where_two_steps_meet_is_one(sense: int, steady: Any) -> None:
-    steps = np.array([noted((1, -1, -sense), 0.0), noted((1, -1, 0.0), sense)])
-    steps["steady"], steps["zero"], steps["Qp"], steps["Qm"] = steady, (1.0, 0.0), 1.0, -1.0
-    assert batch.crossings_on(steps, 53).tolist() == [[0], [1], [2 if sense > 0 else 1]]
-
-
 def test_a_touch_is_as_deep_as_the_momentum_allows_where_the_step_begins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -194,6 +171,7 @@ def test_an_orbit_is_given_up_by_its_steps_since_the_last_crossing(
     for found, steps in ((none, 5), (one, 7), (none, 11)):
         run.take(found, steps)
     assert run.ended().tolist() == ended
+    assert (run.found.outcome == Outcome.TOO_LONG).tolist() == ended
 
 
 def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:

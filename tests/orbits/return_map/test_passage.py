@@ -62,6 +62,8 @@ def test_agrees_a_passage_with_integration(made: ReturnMap, rising: bool) -> Non
         # Deviations grow along a passage by what its derivatives tell.
         grown = 1e-14 * (1 + np.abs(passed.slopes[:, :, k]).max() / 100)
         sign = -1 if passed.mirrored[k] else 1
+        # To the right of the upper orbit one comes beside 3, of the lower one beside 4, an image.
+        assert passed.symbol[k] == (passed.mirrored[k] ^ rising)
         assert abs(end[2]) < grown + 1e-13
         d, Q = (end[0], end[1]) if rising else (end[1], end[0])
         assert Q * sign > 0
@@ -164,25 +166,21 @@ def test_the_ends_of_a_map_are_its_own() -> None:
         wide.at(1.3352 * (1 + 1e-12))
 
 
-def test_starts_that_are_none_are_outside(made: ReturnMap) -> None:
+def test_starts_are_inside_as_far_as_the_table_of_invariants(made: ReturnMap) -> None:
     """On a periodic orbit or beyond it a start never crosses; its logarithm is no number."""
-    inside = [made.at(H).enter(Qp, np.array([0.1])).inside.item() for Qp in (1e-4, 0.0, -1e-4)]
-    assert inside == [True, False, False]
-
-
-@pytest.mark.parametrize(("share", "inside"), [(0.99, False), (1.01, True)])
-def test_starts_are_inside_as_far_as_the_table_of_invariants(
-    made: ReturnMap, share: float, inside: bool
-) -> None:
     level, phase = made.at(H), np.array([0.1])
+    inside = [level.enter(Qp, phase).inside.item() for Qp in (1e-4, 0.0, -1e-4, 1.0)]
+    assert inside == [True, False, False, False], "the last beyond the normal form"
     at, _ = level.started(1e-4, phase)
-    table = level.charts[True].inverse
-    table = table._replace(width=share * float(np.abs(at.u * at.v)[0]))
-    level.charts[True] = level.charts[True]._replace(inverse=table)
-    assert level.enter(1e-4, phase).inside.tolist() == [inside]
+    for share, inside in ((0.99, [False]), (1.01, [True])):
+        table = level.charts[True].inverse
+        table = table._replace(width=share * float(np.abs(at.u * at.v)[0]))
+        level.charts[True] = level.charts[True]._replace(inverse=table)
+        assert level.enter(1e-4, phase).inside.tolist() == inside
 
 
-def test_passages_are_inside_as_far_as_the_table_of_invariants(made: ReturnMap) -> None:
+def test_passages_are_inside_as_far_as_the_tables(made: ReturnMap) -> None:
+    """That of invariants comes first; beyond the chart, and at no number, there are none."""
     level, chi = made.at(H), np.array([1.0])
     forward, inverse = level.charts[True].forward, level.charts[False].inverse
     inside, outside = np.zeros(1), np.array([float(forward.width)])
@@ -194,6 +192,8 @@ def test_passages_are_inside_as_far_as_the_table_of_invariants(made: ReturnMap) 
             outside = d
     U, V, *_ = forward.look_up(inside, chi, DOUBLES)
     assert np.abs(U * V) / inverse.width == pytest.approx(1, rel=1e-6)
+    for beyond in (2 * forward.width, np.nan):
+        assert not level.passage(SectionPoint(True, np.array([beyond]), chi)).inside.any()
 
 
 def test_an_inverse_chart_of_more_than_the_chart_covers_is_refused(made: ReturnMap) -> None:
@@ -204,12 +204,6 @@ def test_an_inverse_chart_of_more_than_the_chart_covers_is_refused(made: ReturnM
     beyond, n = 1.1 * float(np.abs(U * V).max()), made.orders.n_phase_inverse
     with pytest.raises(MapError, match="do not cover"):
         inverse_table(True, forward, beyond, n, made.normal_form, DOUBLES)
-
-
-def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:
-    width = float(made.charts[True].forward.width)
-    d, chi = np.array([2 * width, 0.0, np.nan]), np.full(3, 1.0)
-    assert made.at(H).passage(SectionPoint(True, d, chi)).inside.tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize("rising", [True, False])
