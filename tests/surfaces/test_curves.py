@@ -1,4 +1,4 @@
-"""Curves on S1- and S2+ against orbits that are really integrated backward in time."""
+"""Curves on S1- and S2+ against Hamilton's equations, forward and really backward in time."""
 
 import contextlib
 import math
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
-from rigidpend.mechanics.equations import aligned_coefficients
+from rigidpend.mechanics.equations import aligned_coefficients, eq1
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
@@ -52,6 +52,19 @@ def lower(
 def curve(curves: SurfaceCurves, k: int) -> tuple[Any, Any, Any]:
     part = slice(*curves.offsets[k : k + 2])
     return curves.theta1[part], curves.J1_over_J2[part], curves.sample[part]
+
+
+@pytest.mark.parametrize("name", MOMENTS)
+def test_agrees_with_hamilton_s_equations(name: str) -> None:
+    """By (dtheta) errors grow as J2^2/(J1 (J2 - J1))."""
+    problem = made(name)
+    p, curves, t = problem.body.angles(), lower(problem), times(problem)
+    theta1, ratio, at = curve(curves, 5)
+    begin = [p.alpha0 + p.beta0, float(problem.J1_0), THETA2_0[5], problem.J2_0(53)]
+    orbit = states_at(lambda x: eq1(x, p, np), begin, np.append(0, t[at]), engine="scipy")
+    gap = np.abs(theta1 - orbit[0, 1:]) * 4 * ratio * (1 - ratio)
+    assert gap.max() < 1e-10
+    np.testing.assert_allclose(ratio, orbit[1, 1:] / orbit[3, 1:], rtol=0, atol=1e-9)
 
 
 @pytest.mark.slow

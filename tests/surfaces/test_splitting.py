@@ -1,4 +1,4 @@
-"""The splitting: harmonics of known curves, orders in mu, several precisions; orbits of S1-."""
+"""The splitting: against real backward integration, in several precisions; orbits of S1-."""
 
 import math
 from typing import Any
@@ -9,13 +9,23 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
-from rigidpend.mechanics.equations import energy
+from rigidpend.mechanics.equations import AlignedCoefficients, energy
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
+from rigidpend.surfaces.heteroclinic import START, beginning
 from rigidpend.surfaces.splitting import MOST_HARMONICS, derivative, distance, harmonics, measure
-from rigidpend.surfaces.surface_orbits import Points, launch, numbers, section_angles, surface
+from rigidpend.surfaces.surface_orbits import (
+    Points,
+    coefficients,
+    launch,
+    meet,
+    numbers,
+    section_angles,
+    surface,
+)
 from tests.bodies import FIG4
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
@@ -68,6 +78,29 @@ def test_a_curve_that_turns_back_somewhere_has_no_harmonics(turning: float, know
     advance = turning * np.sin(start)
     points = Points(start + advance, advance, np.cos(start), start)
     assert (harmonics(points, precision(53)) is not None) is known
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("g", [0.0, 1.1, 2.9, -0.7])
+def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:
+    """The independent truth: S2+ by real backward integration, both surfaces at one phase."""
+    s = surface(GENERIC, H0, 53)
+    on_S1 = meet(s, [M.mpf(START)], beginning(s, g, ARITHMETIC).depth, ARITHMETIC)
+    assert on_S1 is not None
+    depth, time, _ = beginning(s, math.pi - g, ARITHMETIC)
+    state = np.array([float(x) for x in launch(s, M.mpf(START), depth)])
+    start = state * [1, 1, -1, 1, 1, -1]
+    numbers_of = AlignedCoefficients(*map(float, coefficients(s)))
+    end = states_at(numbers_of, start[:, None], [0.0, -time])[:, -1, 0]
+    assert abs(end[2]) < 1e-12
+    phase, offset = section_angles(list(end), s.p.alpha0, M.sin(s.p.alpha0), M)
+    assert math.remainder(float(phase) - g, math.tau) == pytest.approx(0, abs=1e-11)
+    found = measure(GENERIC, H0, ALLOWED, IN_DOUBLES)
+    expected = found.amplitude * (math.cos(g) + distance(found.excess, g))
+    gap = float(on_S1.offset[0] - offset)
+    assert gap == pytest.approx(expected, abs=1e-13)
+    # What is compared is known to many digits: the curve differs from Melnikov's by far more.
+    assert abs(found.amplitude * distance(found.excess, g)) > 1e-7
 
 
 @pytest.mark.parametrize("body", [FIG4, GENERIC])
