@@ -215,8 +215,7 @@ def _monodromy(chain: Chain, signs: Signs) -> Array:
     Here each crossing contributes the small difference of the surfaces on its two sides directly.
     """
     # At each crossing: behind (da, db of the passage behind) + before (da, db before) = 0.
-    _, by, _ = System(chain.level, None, signs, 0.0).evaluated(chain.unknowns)
-    before, behind = np.moveaxis(by[:, :2], -1, 0), np.moveaxis(by[:, 2:], -1, 0)
+    before, behind = _sides(chain, signs)
     steps = -np.linalg.solve(behind, before)
     with np.errstate(over="ignore", invalid="ignore"):
         whole = functools.reduce(lambda whole, step: step @ whole, steps, np.eye(2))
@@ -226,6 +225,15 @@ def _monodromy(chain: Chain, signs: Signs) -> Array:
             " a shorter word, or give passages fewer half rotations"
         )
     return whole
+
+
+def _sides(chain: Chain, signs: Signs) -> Array:
+    """Derivatives of chi and d at n crossings in a and b of the passage before and behind.
+
+    The result is (2, n, 2, 2); d is in widths of the tables.
+    """
+    _, by, _ = System(chain.level, None, signs, 0.0).evaluated(chain.unknowns)
+    return np.moveaxis(np.array((by[:, :2], by[:, 2:])), -1, 1)
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
@@ -296,28 +304,47 @@ class Closing(NamedTuple):
     """d and chi of the first crossing."""
 
 
-def roundings(orbit: ClosedOrbit, bits: int = 113) -> tuple[Array, Array]:
+def roundings(orbit: ClosedOrbit, bits: int = 113) -> tuple[float, Array, Array]:
     """Roundings of an orbit's integration, by its map; NoOrbit where :func:`closing` tells nothing.
 
-    These are the errors (n, 2) of d and chi at the end of each of n passages, and by how much an
-    error there grows to the end of the period, (n, 2, 2).
+    The first is that of a passage, at most, and then come those of d and chi that a period grows,
+    (2,). Last are the derivatives at its end in d and chi at each crossing, (n + 1, 2, 2).
     """
     check_told(orbit.chain)
-    chain, slopes = orbit.chain, tangents(orbit.chain)[:, :2]
+    chain, rounding = orbit.chain, GROWN * finest_tolerance(bits)
     # A passage rounds as if it began with roundings, d of its own size. Where it ends, they are
     # those of a state, of size 1.
-    begin = np.stack((np.abs(chain.d[:-1]), np.ones(len(slopes))), axis=1)
-    rounded = GROWN * finest_tolerance(bits) * (np.einsum("nij,nj->ni", np.abs(slopes), begin) + 1)
-    behind = itertools.accumulate(slopes[:0:-1], np.matmul, initial=np.eye(2))
-    growth = np.abs([*behind][::-1])
-    _told(orbit, bits, growth, rounded)
-    return rounded, growth
+    begin, end = np.stack((np.abs(chain.d), np.ones(len(chain.d))), axis=1), np.ones((1, 2))
+    passed = np.einsum("nij,nj->ni", np.abs(tangents(chain)[:, :2]), begin[:-1]) + end
+    errors, growth = begin + end, _growth(chain)
+    errors[0], errors[-1:] = begin[0], end
+    grown = np.einsum("nij,nj->i", np.abs(growth), rounding * errors)
+    _told(orbit, bits, grown)
+    return rounding * float(passed.max()), grown, growth
 
 
-def _told(orbit: ClosedOrbit, bits: int, growth: Array, errors: Array) -> float:
-    """Size at the period's end of errors (n, 2) of its passages; NoOrbit where it tells nothing."""
-    size = float(np.einsum("nij,nj->i", growth, errors).max())
-    if size > MOVED:
+def _growth(chain: Chain) -> Array:
+    """Derivatives of d and chi at the last of n + 1 crossings in those at each, (n + 1, 2, 2).
+
+    By way of the angles of passages, as in `_monodromy`: most errors go along the surfaces, and
+    products of derivatives in d and chi would take some of that for what leads away from them.
+    """
+    sides = _sides(chain, np.sign(chain.I).astype(int))
+    # Rows are d and chi, both as they are.
+    before, behind = sides[..., ::-1, :] * np.array([[chain.level.widest_d], [1.0]])
+    found, end = [np.eye(2)], before[0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        for left, right in zip(before[::-1], behind[::-1], strict=True):
+            found.append(end @ np.linalg.inv(right))
+            end = found[-1] @ left
+    return np.array(found[::-1])
+
+
+def _told(orbit: ClosedOrbit, bits: int, grown: Array) -> float:
+    """Size of the errors of d and chi that a period grows, (2,); NoOrbit where it tells nothing."""
+    size = float(grown.max())
+    # It is no number where growths are beyond doubles.
+    if not size <= MOVED:
         raise NoOrbit(
             f"a period of {orbit.code} with {orbit.half_turns} half rotations in each passage grows"
             f" roundings of {bits} bits to {size:.1g} rad, which verifies nothing:"
@@ -336,8 +363,8 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     doubles to begin with, or grow roundings so much that the end tells nothing.
     """
     bits = checked.whole("bits", bits, CLOSING_BITS)
-    rounded, growth = roundings(orbit, bits)
-    met = max(2.0 ** (LOST - bits), float(rounded.max()))
+    passed, rounded, growth = roundings(orbit, bits)
+    met = max(2.0 ** (LOST - bits), passed)
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + SECTION_BITS)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     h, turn = a.number(level.energy.at(a.bits)), 2 * a.pi
@@ -380,6 +407,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     error = a.largest(gaps(first, first, np.array([period]))[0])
     # Integrated as a whole, the passages round otherwise than alone: both kinds count. Gaps count
     # twice, for the derivatives are those of the map in doubles.
-    expected = _told(orbit, bits, growth, rounded + 2 * np.abs(off.astype(float)))
+    left = np.abs(np.einsum("nij,nj->ni", growth[1:], off.astype(float))).sum(axis=0)
+    expected = _told(orbit, bits, rounded + 2 * left)
     d, chi = map(fraction, first[0])
     return Closing(error, expected, a.largest(places - begin), fraction(period), (d, chi))

@@ -40,6 +40,7 @@ STEEP = Body((2, "1.01", "1.48"), ("0.85", "0.53", 0), "0.0004"), 1
 SHARP = Body((2, "1.32", "1.72"), ("0.62", "0.02", 0), "3.68e-3"), 1
 """Passages happen to meet sharply, and the gap is less than the expected one."""
 SPARED = Body(("1.534", "1.296", "1.44"), ("0.983", "0.184", 0), "0.000179"), "1.0882"
+DEEP = Body(("1.726", "1.389", "1.663"), ("0.727", "0.687", 0), "0.00142"), "1.5158"
 BENT = Body(("1.05", "0.92", 1), (1, 10, 0), "1e-5"), "0.25"
 """Surfaces are split by 3e-14 and bend by more: straight lines would lead away."""
 SLOWLY = (
@@ -60,10 +61,14 @@ SLOWLY = (
         ((BODY, H), "0", 31, 300, 1e-60, (0, 1e-12)),
         # What the last correction leaves is all of the gap, a hundred times what numbers round.
         ((BODY, H), "01", 7, 159, 1e-30, (0, 1e-6)),
-        (BENT, "1", None, 113, 1e-4, (1e-7, 1e-5)),
-        (BENT, "011", None, 113, 1e-4, (1e-7, 1e-5)),
+        # Errors along the surfaces, which are split by 3e-14, are not taken for such across them.
+        (BENT, "1", None, 113, 1e-20, (1e-7, 1e-5)),
+        (BENT, "011", None, 113, 1e-13, (1e-7, 1e-5)),
+        (BENT, "011", None, 106, 1e-8, (1e-7, 1e-5)),
         # Without spare bits a passage rounds up to eleven times as much as its tolerance tells.
         (SPARED, "011", None, 106, 1e-10, (0, 1e-6)),
+        # A period errs by no less than all its roundings come to, grown.
+        (DEEP, "0", None, 106, 3e-20, (0, 1e-4)),
         pytest.param(SLOWLY, "0", None, 113, 2e-15, (1e-9, 1e-7), marks=SLOW),
         pytest.param(SLOWLY, "0", None, 160, 2e-15, (1e-9, 1e-7), marks=SLOW),
     ],
@@ -85,6 +90,13 @@ def test_a_period_is_finer_than_the_map_s_sum_of_doubles() -> None:
     found, finer = (closing(orbit, bits).period for bits in (113, 160))
     assert abs(found - finer) < 1e-26
     assert 1e-26 < abs(found - Fraction(orbit.period)) < 1e-10
+
+
+def test_gaps_that_corrections_leave_count(monkeypatch: Any) -> None:
+    """Corrections end where passages meet to 1e-19; roundings alone grow to 6e-33."""
+    monkeypatch.setattr(closed_module, "LOST", 50)
+    found = closing(closed(level(), (0, 1), TURNS))
+    assert 1e-30 < found.error < found.expected < 100 * found.error
 
 
 @pytest.mark.parametrize("bits", [106, 212])
