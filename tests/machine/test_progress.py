@@ -16,7 +16,7 @@ import pytest
 
 from rigidpend.machine import progress, wording
 from rigidpend.machine.progress import PartDone, Progress, duration
-from rigidpend.machine.wording import Column, Table, columns, counted, markdown, seconds, times
+from rigidpend.machine.wording import Column, Table, columns, markdown, seconds, times
 
 
 class Terminal(io.StringIO):
@@ -281,7 +281,3 @@ def test_times_have_units_and_ratios_three_digits(
     write: Callable[[float], str], value: float, text: str
 ) -> None:
     assert write(value) == text
-
-
-def test_one_thing_is_counted_without_a_plural() -> None:
-    assert [counted(n, "orbit") for n in (0, 1, 2)] == ["0 orbits", "1 orbit", "2 orbits"]
