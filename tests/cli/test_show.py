@@ -7,6 +7,7 @@ import shutil
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 from unittest.mock import Mock
 
 import h5py
@@ -177,10 +178,16 @@ def of_24_MB(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cache, "subfolders", lambda: [SimpleNamespace(bytes=1.2e7)] * 2)
 
 
+def doctor(folder: Path, *more: str) -> tuple[int, dict[str, Any]]:
+    """The exit code of the command, and what it says by name."""
+    done = call(folder, "doctor", "--json", *more)
+    return done.returncode, {one["name"]: one for one in json.loads(done.stdout)}
+
+
 @pytest.mark.usefixtures("of_24_MB")
 def test_it_says_what_is_here_and_changes_nothing(tmp_path: Path) -> None:
-    done = succeeded(tmp_path, "doctor", "--json")
-    found = {one["name"]: one for one in json.loads(done.stdout)}
+    code, found = doctor(tmp_path)
+    assert code == 0
     assert found["h5py"]["state"] == h5py.__version__
     assert not any(one["needed"] for one in found.values())
     assert found["results"]["state"] == "ready"
@@ -199,15 +206,11 @@ def test_it_says_what_is_here_and_changes_nothing(tmp_path: Path) -> None:
 def test_what_is_missing_is_said_with_its_cost_and_its_cure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, code: int, said: str
 ) -> None:
-    version = provenance.version
-    monkeypatch.setattr(
-        provenance,
-        "version",
-        lambda name: provenance.MISSING if name == library else version(name),
-    )
-    done = call(tmp_path, "doctor", "--json")
-    [found] = [one for one in json.loads(done.stdout) if one["name"] == library]
-    assert (done.returncode, found["state"], found["needed"]) == (code, "absent", code == 3)
+    version, lacking = provenance.version, {library: provenance.MISSING}
+    monkeypatch.setattr(provenance, "version", lambda x: lacking.get(x) or version(x))
+    ended, told = doctor(tmp_path)
+    found = told[library]
+    assert (ended, found["state"], found["needed"]) == (code, "absent", code == 3)
     assert found["note"].startswith(said)
 
 
@@ -218,9 +221,8 @@ def test_folders_that_cannot_be_written_are_told(
     """Of /proc its owner may make files, by its permissions."""
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    done = call(tmp_path, "doctor", "--out", folder, "--json")
-    found = {one["name"]: one for one in json.loads(done.stdout)}
-    assert done.returncode == 3
+    code, found = doctor(tmp_path, "--out", folder)
+    assert code == 3
     assert found["results"]["note"] == f"{folder}; choose another folder with --out"
     assert "made anew by each run" in found["cache"]["note"]
     assert not found["cache"]["needed"]

@@ -1,7 +1,7 @@
 """Figures of results, with all that is on them in its place, and the rule that all can be read."""
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import matplotlib
@@ -21,11 +21,25 @@ def styled(result: Any) -> Figure:
     return figure
 
 
-def drawn_with(name: str, change: Callable[[Any], object]) -> Figure:
-    """The figure of a stored result with other data."""
+def drawn_with(name: str, change: Callable[[Any], object] | Mapping[str, Any]) -> Figure:
+    """The figure of a stored result whose data a function changes, or other values by place."""
     result = reference(name)
-    change(result["data"])
+    if callable(change):
+        change(result["data"])
+    else:
+        for place, value in change.items():
+            put(result["data"], place, value)
     return styled(result)
+
+
+def put(node: Any, place: str, value: Any) -> None:
+    """Set what is at a place, where * is every name: to a value, or a function of what is there."""
+    name, _, rest = place.partition("/")
+    for key in node if name == "*" else [name]:
+        if rest:
+            put(node[key], rest, value)
+        else:
+            node[key] = value(node[key]) if callable(value) else value
 
 
 def laid_out(figure: Figure) -> Figure:

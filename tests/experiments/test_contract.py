@@ -118,12 +118,9 @@ def test_numbers_are_numbers_for_programs_too() -> None:
 PLANE = "problem.zooms={}", "problem.n_symbols=15"
 ROWS_OF = "problem.rows={axis: log10_J1_0, ends: [-10, -5], count:"
 COSTS: dict[tuple[str, ...], tuple[float, float]] = {
-    ("asymptotic_orbits", "problem.symbols=6"): (5, 60),
-    ("exponents",): (5, 20),
     ("fig4", "problem.n_symbols=15"): (0.2, 2),
     ("fig4", "problem.n_symbols=300", "numerics.precisions=[53]"): (0.3, 3),
     ("fig4", "problem.n_symbols=300"): (10, 100),
-    ("fig4_zoom",): (4, 20),
     ("fig4_zoom", "problem.levels=3", "problem.count=6", "problem.n_symbols=4"): (0.1, 1),
     ("route_map", *PLANE, "problem.theta2_0.count=30", f"{ROWS_OF} 20}}"): (0, 3),
     ("route_map", *PLANE, "problem.theta2_0.count=1250", f"{ROWS_OF} 800}}"): (3, 60),

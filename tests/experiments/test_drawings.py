@@ -22,7 +22,7 @@ from rigidpend import experiments, render
 from rigidpend.experiments import plots
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
-from tests.experiments.pages import assert_legible, drawn_with, laid_out, overlap, styled
+from tests.experiments.pages import assert_legible, drawn_with, laid_out, overlap, put, styled
 from tests.experiments.trees import asked, computed, reference
 
 RESULTS = REFERENCE.parent
@@ -111,56 +111,44 @@ def test_small_numbers_are_written_with_their_power_of_ten() -> None:
 
 
 def test_words_on_a_guide_interrupt_it() -> None:
-    every = [x for axes in drawn_with("precession", lambda _: None).axes for x in axes.texts]
+    every = [x for axes in drawn_with("precession", {}).axes for x in axes.texts]
     around = [x.get_bbox_patch() for x in every if x.get_text().startswith("slope")]
     assert len(around) == 3
     assert all(patch and patch.get_facecolor() == (1, 1, 1, 1) for patch in around)
 
 
-def test_bodies_whose_splitting_is_not_resolved_are_not_named_beside_the_curve() -> None:
-    def change(data: Any) -> None:
-        data["bodies"]["resolved"][:2] = False
+def test_a_legend_and_labels_beside_a_curve_name_what_a_figure_has() -> None:
+    """Neither bodies whose splitting is not resolved, nor cells of none."""
 
-    decay = drawn_with("splitting", change).axes[2]
-    assert "a" not in {x.get_text() for x in decay.texts}
-    assert {"b", "i"} <= {x.get_text() for x in decay.texts}
+    def lost(resolved: Any) -> Any:
+        return resolved & (np.arange(len(resolved)) > 1)[:, None]
 
-
-def test_a_legend_names_no_cells_that_a_figure_does_not_have() -> None:
-    def change(data: Any) -> None:
-        data["bodies"]["resolved"][:] = True
-
-    *_, table = drawn_with("splitting", change).axes
-    legend = table.get_legend()
-    assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == ["53 bits", "106 bits"]
+    for resolved, named, cells in ((lost, {"b", "i"}, 3), (np.ones_like, {"a", "b", "i"}, 2)):
+        _, _, decay, table = drawn_with("splitting", {"bodies/resolved": resolved}).axes
+        assert {x.get_text() for x in decay.texts} & {"a", "b", "i"} == named
+        legend = table.get_legend()
+        assert legend is not None
+        told_of = [text.get_text() for text in legend.get_texts()]
+        assert (told_of[:2], len(told_of)) == (["53 bits", "106 bits"], cells)
 
 
 @pytest.mark.parametrize("inside", [True, False])
 def test_a_dashed_line_is_told_only_where_the_plane_has_the_config_s_own_value(
     inside: bool,
 ) -> None:
-    def change(data: Any) -> None:
-        data["marked"] = data["y"][-1] * (1 if inside else 2)
-
-    def moved(data: Any) -> None:
-        data["marked"] = data["log10_J1_0"][0] - (0 if inside else 1)
-
-    [legend] = drawn_with("route_map", change).legends
+    data = reference("route_map")["data"]
+    [legend] = drawn_with("route_map", {"marked": data["y"][-1] * (1 if inside else 2)}).legends
     assert any("mu" in text.get_text() for text in legend.get_texts()) == inside
-    plane, *_ = drawn_with("exponents", moved).axes
+    low = reference("exponents")["data"]["log10_J1_0"][0]
+    plane, *_ = drawn_with("exponents", {"marked": low - (0 if inside else 1)}).axes
     assert ("dashed" in plane.get_title(loc="left")) == inside
 
 
 @pytest.mark.parametrize("error", [1e-9, 0.4])
 def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
     """With another body a random orbit errs more or less than the orbits differ."""
-
-    def change(data: Any) -> None:
-        data["averages"]["long_orbit_error"] = error
-        data["orbits"]["exponent"] = data["orbits"]["exponent"][::-1]
-
-    for axes in laid_out(drawn_with("closed_orbits", change)).axes:
+    other = {"averages/long_orbit_error": error, "orbits/exponent": lambda x: x[::-1]}
+    for axes in laid_out(drawn_with("closed_orbits", other)).axes:
         legend = axes.get_legend()
         assert legend is not None
         box = legend.get_window_extent()
@@ -171,24 +159,17 @@ def test_legends_of_closed_orbits_cover_none_of_them(error: float) -> None:
 
 def test_exponents_that_differ_little_are_written_whole() -> None:
     """And not as what they exceed 18.35 by."""
-
-    def change(data: Any) -> None:
-        data["orbits"]["exponent"] = 18.35 + data["orbits"]["exponent"] / 1000
-        data["averages"]["long_orbit"] = 18.353
-        data["averages"]["long_orbit_error"] = 1e-4
-
-    left = laid_out(drawn_with("closed_orbits", change)).axes[0]
+    other = {"orbits/exponent": lambda x: 18.35 + x / 1000, "averages/long_orbit": 18.353}
+    left = laid_out(drawn_with("closed_orbits", other | {"averages/long_orbit_error": 1e-4})).axes[
+        0
+    ]
     assert left.yaxis.get_offset_text().get_text() == ""
     assert all(x.get_text().startswith("18.35") for x in left.get_yticklabels())
 
 
 def test_exponents_of_a_single_passage_stand_at_a_whole_number() -> None:
-    def change(data: Any) -> None:
-        data["codes"] = data["codes"][:1]
-        growth = data["growth"]
-        growth["passages"], growth["exponent"] = growth["passages"][:1], growth["exponent"][:, :1]
-
-    figure = laid_out(drawn_with("exponents", change))
+    shorter = dict.fromkeys(("codes", "growth/passages"), lambda x: x[:1])
+    figure = laid_out(drawn_with("exponents", shorter | {"growth/exponent": lambda x: x[:, :1]}))
     above = figure.axes[0]
     [spread] = (axes for axes in figure.axes if axes.get_xlabel() == "passages")
     assert above.get_title("left").startswith("a)  exponents of 1 passage,")
@@ -199,12 +180,7 @@ def test_exponents_of_a_single_passage_stand_at_a_whole_number() -> None:
 @pytest.mark.parametrize(("flatter", "aspect"), [(1.0, 1.0), (1e-3, "auto")])
 def test_a_hodograph_is_drawn_in_one_scale_unless_it_is_flat(flatter: float, aspect: Any) -> None:
     """That of a nearly symmetric body was a line, beside ticks that were upon each other."""
-
-    def change(data: Any) -> None:
-        for case in data.values():
-            case["omega"][:, 0] *= flatter
-
-    figure = drawn_with("fig5", change)
+    figure = drawn_with("fig5", {"*/omega": lambda x: x * [flatter, 1, 1]})
     assert [axes.get_aspect() for axes in figure.axes] == ["auto", aspect] * 2
 
 
@@ -217,11 +193,9 @@ def test_a_hodograph_is_drawn_in_one_scale_unless_it_is_flat(flatter: float, asp
     ],
 )
 def test_bodies_of_nearly_equal_nu_share_a_label(nu: list[float], said: str) -> None:
-    def change(data: Any) -> None:
-        data["bodies"]["nu"] = np.array(nu)
-        data["bodies"]["reduced"] = np.tile((nu / np.sinh(nu))[:, None], 9)
-
-    axes = laid_out(drawn_with("splitting", change)).axes[2]
+    reduced = np.tile((nu / np.sinh(nu))[:, None], 9)
+    other = {"bodies/nu": np.array(nu), "bodies/reduced": reduced}
+    axes = laid_out(drawn_with("splitting", other)).axes[2]
     names = [text for text in axes.texts if text.get_text()]
     assert said in [text.get_text() for text in names]
     assert not overlap(text.get_window_extent() for text in names)
@@ -230,12 +204,9 @@ def test_bodies_of_nearly_equal_nu_share_a_label(nu: list[float], said: str) -> 
 @pytest.mark.parametrize("name", ["Wide_name_of_the_body_number_{}", "the_{}_"])
 def test_labels_of_bodies_end_within_the_panel_of_the_decay(name: str) -> None:
     """A name that ends in an underscore is one without a subscript."""
-
-    def change(data: Any) -> None:
-        names = [name.format(k) for k in range(10)]
-        data["bodies"]["name"], data["curve"]["body"] = np.array(names, dtype=object), names[1]
-
-    axes = laid_out(drawn_with("splitting", change)).axes[2]
+    names = [name.format(k) for k in range(10)]
+    other = {"bodies/name": np.array(names, dtype=object), "curve/body": names[1]}
+    axes = laid_out(drawn_with("splitting", other)).axes[2]
     boxes = [x.get_window_extent() for x in axes.texts if x.get_text()]
     frame = axes.get_window_extent()
     assert len(boxes) > 3
@@ -243,13 +214,9 @@ def test_labels_of_bodies_end_within_the_panel_of_the_decay(name: str) -> None:
 
 
 def test_lines_of_a_route_join_where_there_are_few_samples() -> None:
-    def change(data: Any) -> None:
-        for case in data.values():
-            for name in ("t", "theta1", "J1_over_J2", "theta3", "alpha", "omega"):
-                case[name] = case[name][::120]
-            case["wound"] = case["wound"] // 120
-
-    angle, spiral, *_ = drawn_with("fig5", change).axes
+    sampled = ("t", "theta1", "J1_over_J2", "theta3", "alpha", "omega")
+    fewer = {f"*/{name}": lambda x: x[::120] for name in sampled}
+    angle, spiral, *_ = drawn_with("fig5", fewer | {"*/wound": lambda x: x // 120}).axes
     for axes, count in ((angle, 6), (spiral, 3)):
         ends = [np.array(line.get_xydata()) for line in axes.lines]
         for one, other in itertools.pairwise(ends[:count]):
@@ -257,27 +224,19 @@ def test_lines_of_a_route_join_where_there_are_few_samples() -> None:
 
 
 def test_a_single_body_stands_in_the_middle_of_the_page() -> None:
-    def change(data: Any) -> None:
-        data["bodies"] = {"a": data["bodies"]["a"]}
-
-    figure = drawn_with("fig3", change)
+    figure = drawn_with("fig3", {"bodies": lambda x: {"a": x["a"]}})
     box = figure.axes[0].get_position()
     assert (box.x0 + box.x1) / 2 == pytest.approx(0.57, abs=0.03)
 
 
 def test_small_swings_are_written_in_three_digits_beside_an_origin_that_is_not_rounded() -> None:
     """Of 7.98e-6 rad 0.00001 would be shown, beside an origin that is rounded by more."""
-
-    def change(data: Any) -> None:
-        for body in data["bodies"].values():
-            body["Delta_1"] = 7.98e-6
-
-    figure = drawn_with("fig3", change)
+    figure = drawn_with("fig3", {"bodies/*/Delta_1": 7.98e-6})
     said = {axes.get_xlabel() for axes in figure.axes} - {""}
     assert said == {"$\\theta_1 - \\alpha_0 - \\beta_0$\n$\\Delta_1 = 7.98\\cdot 10^{-6}$ rad"}
     assert_legible(figure)
     result = reference("fig3")
-    change(result["data"])
+    put(result["data"], "bodies/*/Delta_1", 7.98e-6)
     [table] = experiments.tables(result)
     assert {row[-1] for row in table.rows} == {"7.98e-06"}
 

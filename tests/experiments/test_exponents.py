@@ -1,6 +1,5 @@
 """The experiment `exponents`: cells, their check, and results told apart."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from rigidpend.routes.symbolic.stretching import (
     rounding,
     stretched,
 )
+from tests.cli.calls import REFERENCE
 from tests.experiments.trees import asked, computed, reference
 from tests.routes.symbolic.fig4 import BODY, H
 
@@ -35,12 +35,19 @@ SMALL = [
 ]
 
 
+NEARLY = ["problem.A=[1.6,1.42,1.5]", "problem.r=[0.3,0.7,0]", "problem.mu=0.004"]
+"""A nearly symmetric body."""
+PAGE = (REFERENCE.parents[1] / "docs" / "addresses.md").read_text(encoding="utf-8")
+
+
 @pytest.fixture(scope="module")
 def data() -> Any:
     return computed(asked("exponents", *SMALL))
 
 
-def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
+def test_every_cell_is_the_orbit_of_its_middle_and_quantiles_are_those_of_the_cells(
+    data: Any,
+) -> None:
     assert data["exponent"].shape == (4, 6)
     problem = RouteProblem(BODY, H, exact("1e-7"), 3)
     for row, y in enumerate(data["log10_J1_0"]):
@@ -54,6 +61,9 @@ def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
         # Rounded up to a power of two, for it is a bound.
         share = data["allowed"][row][known] / (seen.allowed[known] / 3)
         assert 1 - 1e-6 < share.min() <= share.max() < 2
+    quantiles = data["growth"]["exponent"]
+    assert quantiles[2, -1] == pytest.approx(float(np.nanmedian(data["exponent"])))
+    assert (np.diff(quantiles, axis=0) >= 0).all()
 
 
 def test_cells_that_are_checked_agree_with_the_variational_equations(data: Any) -> None:
@@ -84,8 +94,7 @@ def test_a_body_without_a_map_is_told_what_the_map_is_for() -> None:
 
 def test_deviations_that_grow_beyond_all_digits_of_a_double_are_checked_too() -> None:
     """Three passages of a nearly symmetric body multiply them by up to e^31 in these cells."""
-    body = ["problem.A=[1.6,1.42,1.5]", "problem.r=[0.3,0.7,0]", "problem.mu=0.004"]
-    problem = asked("exponents", *SMALL, *body, "problem.h0=1.1").problem.routes
+    problem = asked("exponents", *SMALL, *NEARLY, "problem.h0=1.1").problem.routes
     theta2, J1 = np.array([3.8, 1.4, 6.2, 3.8, 1.4]), 10.0 ** np.array([-9, -8, -8, -7, -6])
     found = stretched(orbits_of(problem), theta2, J1, 3)
     assert found.growth[-1].max() > 31
@@ -96,9 +105,8 @@ def test_deviations_that_grow_beyond_all_digits_of_a_double_are_checked_too() ->
 
 def test_a_cell_whose_exponent_may_err_by_as_much_as_itself_is_not_known() -> None:
     """Of this nearly symmetric body nearly all cells are, if the least actions are left out."""
-    body = ["problem.A=[1.6,1.42,1.5]", "problem.r=[0.3,0.7,0]", "problem.mu=0.004"]
     more = ["problem.h0=1", "problem.log10_J1_0.ends=[-9,-5]", "numerics.precisions=[53,106,160]"]
-    data = computed(asked("exponents", *SMALL, *body, *more))
+    data = computed(asked("exponents", *SMALL, *NEARLY, *more))
     known = np.isfinite(data["exponent"])
     assert not known[0].all()
     assert known[-1].all()
@@ -114,13 +122,6 @@ def test_the_variational_equations_err_by_a_small_part_of_their_bound() -> None:
     checked = computed(asked("exponents", *SMALL, *body, *ends, *more))["checked"]
     assert np.nanmax(checked["growth"]) > 16
     assert np.nanmax(np.abs(checked["difference"]) / checked["allowed"]) < 0.05
-
-
-def test_quantiles_are_those_of_the_cells(data: Any) -> None:
-    exponent = data["exponent"]
-    known = exponent[np.isfinite(exponent)]
-    assert data["growth"]["exponent"][2, -1] == pytest.approx(float(np.median(known)))
-    assert (np.diff(data["growth"]["exponent"], axis=0) >= 0).all()
 
 
 @pytest.mark.parametrize(("lost", "told"), [(999, 0), (1001, 1)])
@@ -181,17 +182,15 @@ def test_without_an_established_code_a_cell_stays_blank(
 
 
 def test_the_page_says_by_how_much_passages_multiply() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "addresses.md").read_text(encoding="utf-8")
     growth = reference("exponents")["data"]["growth"]
     first, second, third = np.exp(np.diff(growth["exponent"][2] * growth["passages"], prepend=0))
     numbers = f"by {first / 1000:.0f},000, the second by {second:.1f} and the third by {third:.1f}"
-    assert numbers in page
+    assert numbers in PAGE
 
 
 def test_other_units_change_a_growth_by_as_much_as_the_page_says() -> None:
     """Energies a hundred times as large, and momenta ten times: the symbols are the same."""
-    page = (Path(__file__).parents[2] / "docs" / "addresses.md").read_text(encoding="utf-8")
-    assert "the logarithm of a growth changes by $\\ln s$ at most" in page
+    assert "the logarithm of a growth changes by $\\ln s$ at most" in PAGE
     theta2, found = np.linspace(4.5, 4.9, 7), []
     for s in (1, 10):
         body = Body(A=BODY.A, r=BODY.r, mu=s * s * BODY.mu)

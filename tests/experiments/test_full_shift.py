@@ -46,10 +46,29 @@ ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 """A step that is none of any set."""
 
 
+def passages_of(half_turns: int, *problem: str) -> tuple[Any, Any]:
+    """The shipped problem, its keys set otherwise, and the setting of so many half rotations."""
+    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
+    of = horseshoe.ShiftProblem(given.body, given.h, half_turns)
+    [setting] = horseshoe.trials(of, half_turns)
+    return given, setting
+
+
 @pytest.fixture
 def data() -> Any:
     """What is stored, as each test's own."""
     return reference("full_shift")["data"]
+
+
+@pytest.fixture
+def believed(monkeypatch: pytest.MonkeyPatch) -> dict[str, Mock]:
+    """What asks for each further theorem, where all holds."""
+    monkeypatch.setattr(coverings, "prove", lambda *_: ([], [["of a set"]]))
+    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, ["of the line"], []))
+    asks = {name: Mock() for name in ("prove_cones", "prove_connections", "prove_transversal")}
+    for name, ask in asks.items():
+        monkeypatch.setattr(coverings if name == "prove_cones" else connections, name, ask)
+    return asks
 
 
 @pytest.mark.slow
@@ -122,10 +141,8 @@ def test_the_first_sets_are_those_of_the_fewest_half_rotations_that_are_narrow_e
 @pytest.mark.slow
 def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() -> None:
     """Fig. 5's body: 37 of them, in which a bound grows by 2^29, and of a line that is wide."""
-    problem = "A=[2, 1.5, 1.8]", "r=[0, 1, 0]", "mu=0.01", "h=10/9", "half_turns=37"
-    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
-    of = horseshoe.ShiftProblem(given.body, given.h, given.half_turns)
-    [setting] = horseshoe.trials(of, given.half_turns)
+    body = "A=[2, 1.5, 1.8]", "r=[0, 1, 0]", "mu=0.01", "h=10/9"
+    given, setting = passages_of(37, *body)
     sets = horseshoe.quads(setting)
     numbers = sections.Numbers.of(given.body, given.h)
     found = passages.arrival(numbers, sets[0], family_orbits.pieces(setting, sets[0]))
@@ -141,12 +158,10 @@ def test_sets_and_starts_of_many_half_rotations_are_followed_to_the_next_sets() 
 def test_a_strip_whose_orbits_do_not_cross_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Newton's method had sent some of them to times that took minutes, or any number of steps."""
     monkeypatch.setattr(family_orbits, "steps_of", Mock(side_effect=InterruptedError))
-    problem = "A=[2, 0.18, 1.94]", "r=[0.92, 0.38, 0]", "mu=0.00017", "h=1", "J1_0=9.7e-16"
-    given = asked("full_shift", *(f"problem.{each}" for each in problem)).problem
-    [setting] = horseshoe.trials(horseshoe.ShiftProblem(given.body, given.h, 7), 7)
-    starts, ends = start_lines.line(
-        setting, Fraction(given.J1_0.fraction), horseshoe.quads(setting)
-    )
+    body = "A=[2, 0.18, 1.94]", "r=[0.92, 0.38, 0]", "mu=0.00017", "h=1", "J1_0=9.7e-16"
+    given, setting = passages_of(7, *body)
+    action, sets = Fraction(given.J1_0.fraction), horseshoe.quads(setting)
+    starts, ends = start_lines.line(setting, action, sets)
     with pytest.raises(ArithmeticError, match="do not cross next"):
         start_lines.line_pieces(setting, starts, ends)
 
@@ -158,9 +173,7 @@ def test_lines_close_to_the_periodic_orbit_cross_the_sets(J1: str, strip: bool) 
 
     A strip beside the closest ones has orbits that do not cross next, and is left out.
     """
-    given = asked("full_shift").problem
-    of = horseshoe.ShiftProblem(given.body, given.h, 14)
-    [setting] = horseshoe.trials(of, 14)
+    _, setting = passages_of(14)
     sets, action = horseshoe.quads(setting), Fraction(J1)
     starts, ends = start_lines.line(setting, action, sets)
     assert starts.wide > 0
@@ -216,59 +229,43 @@ def test_what_is_not_shown_is_undecided(
 
 
 @pytest.mark.parametrize(
-    ("lacking", "doubts"),
+    ("lacking", "around", "doubts"),
     [
-        ("", [False, False, False]),
-        ("prove_cones", [True, False, True]),
-        ("prove_connections", [False, True, True]),
-        ("prove_transversal", [False, False, True]),
+        ("", "1e-6", [False, False, False]),
+        ("prove_cones", "0", [True, False, True]),
+        ("prove_connections", "0", [False, True, True]),
+        ("prove_transversal", "0", [False, False, True]),
     ],
 )
-def test_the_last_theorem_needs_what_those_before_it_need(
-    data: Any, lacking: str, doubts: list[bool], monkeypatch: pytest.MonkeyPatch
+def test_the_last_theorem_needs_what_those_before_it_need_and_a_smaller_interval_may_help(
+    data: Any,
+    believed: dict[str, Mock],
+    monkeypatch: pytest.MonkeyPatch,
+    lacking: str,
+    around: str,
+    doubts: list[bool],
 ) -> None:
-    monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
-    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [], []))
-    checks: dict[str, Any] = {"prove_cones": coverings}
-    checks |= dict.fromkeys(("prove_connections", "prove_transversal"), connections)
-    for name, module in checks.items():
-        failed = Undecided("not shown") if name == lacking else None
-        monkeypatch.setattr(module, name, Mock(side_effect=failed))
-    proven = proof.checked(asked("full_shift"), data)
-    assert list(map(bool, proven.doubts)) == doubts
-
-
-@pytest.mark.parametrize(
-    ("around", "remedy"), [("0", "a larger mu/h"), ("1e-6", "a smaller around")]
-)
-def test_on_an_interval_of_energies_a_smaller_one_may_help(
-    data: Any, around: str, remedy: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    if lacking:
+        believed[lacking].side_effect = Undecided("not shown")
+    # What is stored is of one energy.
     monkeypatch.setattr(proof, "spread_of", lambda *_: 0)
-    monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
-    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [Mock(stretch=0.0)], []))
-    for name in ("prove_connections", "prove_transversal"):
-        monkeypatch.setattr(connections, name, Mock())
-    doubt, _, _ = proof.checked(asked("full_shift", f"problem.around={around}"), data).doubts
-    assert doubt.endswith(f"; {remedy} may help")
+    proven = proof.checked(asked("full_shift", f"problem.around={around}"), data)
+    assert list(map(bool, proven.doubts)) == doubts
+    remedy = "a smaller around" if float(around) else "a larger mu/h"
+    assert believed["prove_cones"].call_args.args[1] == remedy
 
 
 @pytest.mark.parametrize("approached", [False, True])
 def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
-    data: Any, approached: bool, monkeypatch: pytest.MonkeyPatch
+    data: Any, believed: dict[str, Mock], approached: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """There may be several starts of one code: of the crossed sets no cones are asked."""
     monkeypatch.setattr(pieces, "unpacked", lambda _, n: [[None]] * n)
-    monkeypatch.setattr(coverings, "prove", lambda *_: ([], [["of a set"]]))
-    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, ["of the line"], []))
     monkeypatch.setattr(sections, "phases", lambda *_: (1.0, 2.0))
-    monkeypatch.setattr(coverings, "prove_cones", cones := Mock())
-    for name in ("prove_connections", "prove_transversal"):
-        monkeypatch.setattr(connections, name, Mock())
-    found = proof.checked(
-        asked("full_shift"), {**data, **({"approach": data["sets"]} if approached else {})}
-    )
-    assert cones.call_args.args[0] == ["of a set", *([] if approached else ["of the line"])]
+    before = {"approach": data["sets"]} if approached else {}
+    found = proof.checked(asked("full_shift"), data | before)
+    asked_of = believed["prove_cones"].call_args.args[0]
+    assert asked_of == ["of a set", *([] if approached else ["of the line"])]
     assert found.theta2 == (1.0, 2.0)
     # Of the image of the approach's last set, which is none of a strip of starts, C9 is not asked.
     assert found.doubts == ("", "", "C9: the starts come to the sets by an approach" * approached)
@@ -325,12 +322,9 @@ def test_what_tables_show_is_what_the_proof_shows(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.slow
-def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
-    data: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("believed")
+def test_symbols_of_an_approach_are_those_that_the_config_asks_for(data: Any) -> None:
     """The stored line has none, and an address that no orbit has is undecided."""
-    monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
-    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [], []))
     config = asked("full_shift")
     problem = config.problem.model_copy(update={"approach": "0^15"})
     config = config.model_copy(update={"problem": problem})

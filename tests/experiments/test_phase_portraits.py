@@ -12,16 +12,7 @@ import pytest
 
 from rigidpend import experiments
 from tests.experiments.pages import assert_legible, styled
-from tests.experiments.trees import asked, computed, differences, unlike_stored
-
-
-@pytest.fixture(scope="module")
-def data() -> Any:
-    return computed(asked("fig1"))
-
-
-def test_all_is_as_it_is_stored(data: Any) -> None:
-    assert unlike_stored("fig1", data, {}) == set()
+from tests.experiments.trees import asked, computed, differences, reference
 
 
 def test_no_curve_is_cut_where_rounding_puts_it_on_a_separatrix() -> None:
@@ -60,8 +51,8 @@ def test_the_table_tells_levels_of_a_thin_body_apart() -> None:
         assert float(row[-1]) == pytest.approx(kappa / 2, rel=1e-7, abs=0)
 
 
-def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
-    stored = copy.deepcopy(data)
+def test_visibility_may_change_on_the_outline_only() -> None:
+    stored = reference("fig1")["data"]
     stored["orbits"]["projected"][2, 7] = 5e-15
     for index, count in ((7, 0), (8, 1)):
         fresh = copy.deepcopy(stored)

@@ -108,23 +108,35 @@ def test_numbers_of_separatrices_stand_beyond_the_marks_of_both_orbits() -> None
     assert written["2"][1] == pytest.approx(1.2)
 
 
-def test_a_figure_of_weights_without_any_such_orbits_says_so() -> None:
-    body = "problem.bodies={x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}}"
-    loaded: Any = {"data": computed(asked("precession", body, *HEAVY))}
-    _, *remainders = draw(loaded).axes
-    for axes in remainders:
-        assert [text.get_text() for text in axes.texts] == ["no orbits are found"]
+@pytest.mark.parametrize(
+    ("bodies", "weights", "said"),
+    [
+        ("{x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}}", HEAVY, [[], *[["no orbits are found"]] * 3]),
+        # Only the Hess case has none, along separatrices 1 and 3.
+        (
+            "{ii: {A: [2, 1, 1.5], r: [1, 3, 0]}, iii: {A: [2, 1, 1.5], r: [1, sqrt(2), 0]}}",
+            ("problem.mu=[0.01, 0.1]", "problem.drawn=0.1"),
+            [[], [], ["iii) no increment: rounding"], []],
+        ),
+    ],
+)
+def test_a_figure_says_what_is_not_found_and_a_table_that_no_slope_is_fitted(
+    bodies: str, weights: tuple[str, ...], said: list[list[str]]
+) -> None:
+    """Increments are not called none where weights are too few for a slope."""
+    data = computed(asked("precession", f"problem.bodies={bodies}", *weights))
+    assert np.isnan(data["bodies"]["slope"]).all()
+    loaded: Any = {"data": data}
+    texts = [[text.get_text() for text in axes.texts] for axes in draw(loaded).axes]
+    assert [[text for text in each if "no " in text] for each in texts] == said
     assert tables(loaded)[1].rows[0][2:] == ("not fitted", "not fitted")
 
 
-def test_the_largest_error_of_the_quadrature_counts() -> None:
-    found = Increments(np.zeros((2, 4)), np.arange(8.0).reshape(2, 4))
+def test_the_largest_error_of_the_quadrature_and_rounding_of_ever_more_steps_count() -> None:
+    none = np.zeros((2, 4))
+    found = Increments(none, np.arange(8.0).reshape(2, 4))
     assert 7 < uncertainty(found, 1.0, 1.0, 1.0) < 7 + 1e-9
-
-
-def test_rounding_of_ever_more_steps_counts() -> None:
-    found = Increments(np.zeros((2, 4)), np.zeros((2, 4)))
-    stated = [uncertainty(found, 2.0, nu, 1.0) for nu in (4.0, 1500.0)]
+    stated = [uncertainty(Increments(none, none), 2.0, nu, 1.0) for nu in (4.0, 1500.0)]
     assert stated == pytest.approx([2e-13, 2e-12], abs=0)
 
 
@@ -159,20 +171,6 @@ def test_an_order_holds_or_does_not(
     groups: Any, gained: list[float], error: float, holds: bool
 ) -> None:
     assert in_order(np.array(gained, dtype=float), error, groups) is holds
-
-
-def test_increments_are_not_called_none_where_weights_are_too_few_for_a_slope() -> None:
-    two = "problem.mu=[0.01, 0.1]", "problem.drawn=0.1"
-    bodies = "{ii: {A: [2, 1, 1.5], r: [1, 3, 0]}, iii: {A: [2, 1, 1.5], r: [1, sqrt(2), 0]}}"
-    data = computed(asked("precession", f"problem.bodies={bodies}", *two))
-    assert np.isnan(data["bodies"]["slope"]).all()
-    loaded: Any = {"data": data}
-    figure = draw(loaded)
-    texts = [[text.get_text() for text in axes.texts] for axes in figure.axes]
-    said = [[text for text in each if "no increment" in text] for each in texts]
-    # Only the Hess case, along separatrices 1 and 3.
-    assert said == [[], [], ["iii) no increment: rounding"], []]
-    assert tables(loaded)[1].rows[0][2:] == ("not fitted", "not fitted")
 
 
 def test_a_slope_that_is_not_fitted_is_told_in_words(ran: tuple[Any, list[str]]) -> None:

@@ -91,6 +91,21 @@ def test_cells_have_the_middles_of_their_axes(data: Any) -> None:
     assert near["y"][-1] == pytest.approx(-7.7)
 
 
+def assert_alone(found: Any, values: dict[str, Any], column: int, row: int, ladder: Any) -> None:
+    """A cell has the certain symbols of its own orbit alone, its body by closed forms in doubles.
+
+    `values` are those of Fig. 4 but for what the axes give.
+    """
+    n = len(found["codes"])
+    J1_0 = 10.0 ** values["log10_J1_0"] if "log10_J1_0" in values else "1e-8"
+    start = {"h0": values.get("h0", "1.3342"), "J1_0": J1_0, "n_symbols": n}
+    how: Any = {"precisions": ladder, "method": "integration"}
+    alone = route_codes(body_of(values), [values["theta2_0"]], **start, **how)
+    assert alone.certain.all()
+    assert found["certain"][row, column] == n
+    assert (alone.codes[:, 0] == found["codes"][:, row, column]).all()
+
+
 @pytest.mark.parametrize(
     ("across", "phase"),
     [
@@ -101,25 +116,14 @@ def test_cells_have_the_middles_of_their_axes(data: Any) -> None:
 )
 def test_what_all_cells_share_is_exact_and_not_the_nearest_double(across: str, phase: str) -> None:
     """1e-8, 0.3 and 4.7 are no doubles, and errors of that size grow to other symbols."""
-    n, ladder = 45, (53, 106, 160)
-    given = [f"problem.n_symbols={n}", f"numerics.precisions={list(ladder)}", across]
+    ladder = (53, 106, 160)
+    given = ["problem.n_symbols=45", f"numerics.precisions={list(ladder)}", across]
     rows = "problem.rows={axis: mu, ends: [0, 1/256], count: 2}"
     found = computed(content(*given, rows, *([f"problem.theta2_0={phase}"] if phase else [])))
+    name = str(found.get("x_axis", "theta2_0"))
     for row, column in np.ndindex(2, 2):
-        x = float(found["x"][column])
-        J1_0 = 10.0**x if "log10_J1_0" in across else "1e-8"
-        alone = route_codes(
-            Body((2, 1, "1.5"), (1, 1, 0), float(found["y"][row])),
-            [phase or x],
-            h0=x if "h0" in across else "1.3342",
-            J1_0=J1_0,
-            n_symbols=n,
-            precisions=ladder,
-            method="integration",
-        )
-        assert alone.certain.all()
-        assert found["certain"][row, column] == n
-        assert (alone.codes[:, 0] == found["codes"][:, row, column]).all()
+        axes = {name: float(found["x"][column]), "mu": float(found["y"][row])}
+        assert_alone(found, {"theta2_0": phase} | axes, column, row, ladder)
 
 
 def body_of(values: dict[str, float]) -> Body:
@@ -169,11 +173,7 @@ def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
     assert (str(found["x_axis"]), str(found["y_axis"])) == (across, upwards)
     for row, column in np.ndindex(4, 3):
         values = {across: float(found["x"][column]), upwards: float(found["y"][row])}
-        J1_0 = 10.0 ** values["log10_J1_0"] if "log10_J1_0" in values else 1e-8
-        phase, h0 = values.get("theta2_0", 1.2), values.get("h0", "1.3342")
-        alone = route_codes(body_of(values), [phase], h0=h0, J1_0=J1_0, n_symbols=3)
-        assert found["certain"][row, column] == 3
-        assert (alone.codes[:, 0] == found["codes"][:, row, column]).all()
+        assert_alone(found, {"theta2_0": 1.2} | values, column, row, (53,))
     own = {"theta2_0": 1.2, "log10_J1_0": -8, "mu": 0.001, "h0": 1.3342}
     own |= {"beta0": np.pi / 2, "alpha0": 1.9106332362490186}
     assert float(found["marked_x"]) == pytest.approx(own[across])

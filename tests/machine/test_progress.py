@@ -16,7 +16,7 @@ import pytest
 
 from rigidpend.machine import progress, wording
 from rigidpend.machine.progress import PartDone, Progress, duration
-from rigidpend.machine.wording import Column, Table, columns, counted, markdown, seconds, times
+from rigidpend.machine.wording import Column, Table, columns, markdown, seconds, times
 
 
 class Terminal(io.StringIO):
@@ -159,17 +159,12 @@ def test_a_dumb_terminal_has_plain_lines_verbose_all_with_their_times_and_quiet_
             shown.hear("a", line)
         shown.end("a", well=False)
     assert terminal.getvalue().partition("[")[0] == said
-
-
-def test_a_dumb_terminal_shows_lines_to_their_ends(
-    terminal: Terminal, clock: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("TERM", "dumb")
-    monkeypatch.setattr(sys, "stderr", terminal)
-    shown = Progress(1, {"a": 8.0})
-    clock.now = 2.5
-    shown.hear("a", PartDone("a part with a name that is as long as the page is wide", 1, 2))
-    assert terminal.getvalue().endswith(" that is as long as the page is wide\n")
+    # To its end, however wide the page is.
+    long = "a part with a name that is as long as the page is wide"
+    shown = Progress(1, {"a": 8.0}, **how)
+    clock.now = 5.0
+    shown.hear("a", PartDone(long, 1, 2))
+    assert terminal.getvalue().endswith(f"{long}\n" if "quiet" not in how else "")
 
 
 def waits_for(text: str, terminal: Terminal) -> None:
@@ -286,7 +281,3 @@ def test_times_have_units_and_ratios_three_digits(
     write: Callable[[float], str], value: float, text: str
 ) -> None:
     assert write(value) == text
-
-
-def test_one_thing_is_counted_without_a_plural() -> None:
-    assert [counted(n, "orbit") for n in (0, 1, 2)] == ["0 orbits", "1 orbit", "2 orbits"]

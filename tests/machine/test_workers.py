@@ -200,12 +200,6 @@ def test_parts_behind_an_error_are_not_begun() -> None:
     assert len(begun) < 40
 
 
-@pytest.mark.parametrize(("jobs", "holds_interpreter"), [(1, True), (1, False), (2, False)])
-def test_errors_of_the_work_come_through(jobs: int, holds_interpreter: bool) -> None:
-    with pytest.raises(ZeroDivisionError):
-        side_by_side(place, (), holds_interpreter, [1, -1, 2], jobs)
-
-
 @pytest.mark.slow
 def test_processes_serve_work_that_holds_the_interpreter_and_are_heard(
     capfd: pytest.CaptureFixture[str],

@@ -237,16 +237,18 @@ def test_an_error_of_who_reads_is_not_laid_to_the_file(path: Path, error: Except
     assert caught.value is error
 
 
-def test_load_gives_the_whole_file_as_it_was_written(path: Path) -> None:
-    loaded = store.load(path)
+def test_load_gives_the_whole_file_as_it_was_written_with_an_outline(path: Path) -> None:
+    loaded, outline = store.load_outlined(path)
+    np.testing.assert_equal(store.load(path), loaded)
     assert list(loaded) == ["attributes", "config", "provenance", "data"]
     assert loaded["attributes"] == store.attributes(path)
-    assert loaded["config"] == CONFIG
-    assert loaded["provenance"] == PROVENANCE
+    assert (loaded["config"], loaded["provenance"]) == (CONFIG, PROVENANCE)
     np.testing.assert_equal(loaded["data"], TREE)
     assert list(loaded["data"]) == list(TREE), "in its order"
     found, stored = (x["zebra"] for x in (loaded["data"], TREE))
     assert [(x, found[x].dtype) for x in found] == [(x, stored[x].dtype) for x in stored]
+    told = {"units": "1", "description": "symbols", "(kind)": "u1", "(dimensions)": 2}
+    assert outline["/data/zebra/codes"] == told
 
 
 def test_a_config_has_no_more_brackets_inside_each_other_than_are_read() -> None:
@@ -301,9 +303,8 @@ def test_a_number_that_its_field_excludes_is_no_value(
 ) -> None:
     codes = Field(WHOLE, ("symbols", "columns"), "1", "symbols", among=(0, 1))
     zebra: Any = LAYOUT["zebra"]
-    monkeypatch.setattr(
-        experiments, "layout", lambda _: {**LAYOUT, "zebra": {**zebra, "codes": codes}}
-    )
+    layout = {**LAYOUT, "zebra": {**zebra, "codes": codes}}
+    monkeypatch.setattr(experiments, "layout", lambda _: layout)
     assert (store.load(path)["data"]["zebra"]["codes"] == CODES).all()
     with h5py.File(path, "a") as file:
         file["data/zebra/codes"][5, 9] = 7
@@ -345,12 +346,6 @@ def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
     assert time.monotonic() - begun < 30
 
 
-def test_an_outline_tells_attributes_with_kind_and_dimensions(path: Path) -> None:
-    _, found = store.load_outlined(path)
-    told = {"units": "1", "description": "symbols", "(kind)": "u1", "(dimensions)": 2}
-    assert found["/data/zebra/codes"] == told
-
-
 FORKING = """
 import os, warnings
 from rigidpend.results import damage
@@ -377,10 +372,7 @@ def test_warnings_of_other_threads_are_shown_while_a_file_is_read() -> None:
     assert done.stdout == "True\n"
 
 
-@pytest.mark.parametrize(
-    ("read", "whole"),
-    [(store.load, True), (store.attributes, False)],
-)
+@pytest.mark.parametrize(("read", "whole"), [(store.load, True), (store.attributes, False)])
 def test_values_are_read_by_another_process_before(
     monkeypatch: pytest.MonkeyPatch, path: Path, read: Callable[[Path], Any], whole: bool
 ) -> None:

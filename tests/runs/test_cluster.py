@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -188,43 +189,33 @@ def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_sched
     np.testing.assert_equal(found["data"], here["data"])
 
 
-def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
+def test_parts_are_given_on_with_those_before_them_and_none_of_an_earlier_run_comes_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Those of all arrays together, each of which is asked for by itself."""
-    parts = Parts(tmp_path / "x.h5", "a")
-    kept: Tree = {"x": 1.0}
-    pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcdefg"]
-    for piece in pieces[:2]:
-        parts.keep(piece.name, lambda: kept)
+    """Else an experiment would report its share only when all parts of an array are there."""
+    parts, come = Parts(tmp_path / "x.h5", "a"), list[str]()
+
+    def made(name: str) -> Tree:
+        return {"x": np.array(name.encode())}
 
     def gathered(*given: Any) -> Iterator[Any]:
-        return ((kept, piece.name, "far") for piece in given[3])
-
-    monkeypatch.setattr(cluster, "gathered", gathered)
-    given = "tcp://nowhere:1", "route_map", "taylor", parts
-    for array in (pieces[1:5], pieces[:1], pieces[5:]):
-        found = cluster.computed(*given, array, report=tell_nobody)
-        assert len(list(found)) == len(array)
-    assert parts.crew == {"an earlier run, by the same code and engine": 2, "far": 5}
-
-
-def test_a_part_is_given_on_as_soon_as_those_before_it_have_come(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Else an experiment would report its share only when all parts are there."""
-    come: list[str] = []
-
-    def gathered(*_: Any) -> Iterator[Any]:
-        for name in "bacd":
+        names = [piece.name for piece in given[3]]
+        for name in (*names[1::-1], *names[2:]):
             come.append(name)
-            yield {"x": np.array(name.encode())}, name, "far"
+            yield made(name), name, "far"
 
+    for name in "ab":
+        parts.keep(name, partial(made, name))
     monkeypatch.setattr(cluster, "gathered", gathered)
-    given = "tcp://nowhere:1", "route_map", "taylor", Parts(tmp_path / "x.h5", "a")
-    pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcd"]
-    found = [(str(tree["x"]), len(come)) for tree in cluster.computed(*given, pieces, tell_nobody)]
-    assert found == [("b'a'", 2), ("b'b'", 2), ("b'c'", 3), ("b'd'", 4)]
+    pieces = [Piece(name, partial(fail, MemoryError())) for name in "abcdefg"]
+    given, found = ("tcp://nowhere:1", "route_map", "taylor", parts), list[tuple[str, int]]()
+    # Arrays of one run, each of which is asked for by itself.
+    for array in (pieces[1:5], pieces[:1], pieces[5:]):
+        coming = cluster.computed(*given, array, report=tell_nobody)
+        found += [(str(tree["x"]), len(come)) for tree in coming]
+    counts = zip("bcdeafg", (0, 2, 2, 3, 3, 5, 5), strict=True)
+    assert found == [(f"b'{name}'", count) for name, count in counts]
+    assert parts.crew == {"an earlier run, by the same code and engine": 2, "far": 5}
 
 
 @pytest.mark.slow
@@ -326,31 +317,19 @@ def test_after_a_signal_neither_a_part_nor_the_scheduler_is_waited_for(
         over.set()
 
 
-def killed_worker() -> Exception:
+def test_errors_of_the_cluster_are_sentences() -> None:
     import distributed
 
-    lost = SimpleNamespace(address="tcp://far:1")
-    return distributed.KilledWorker("part", lost, 3)
-
-
-def cancelled() -> Exception:
-    import distributed
-
-    return distributed.CancelledError("part")
-
-
-@pytest.mark.parametrize(
-    ("error", "said"),
-    [
-        (lambda: OSError("Timed out"), "went away; the same command computes what is missing"),
-        (ConnectionResetError, "went away; the same command computes what is missing"),
-        (cancelled, "went away; the same command computes what is missing"),
-        (killed_worker, r"worker tcp://far:1 died .* lack of memory: give it more"),
-    ],
-)
-def test_errors_of_the_cluster_are_sentences(error: Callable[[], Exception], said: str) -> None:
-    with pytest.raises(WorkerError, match=said), cluster.named_errors("tcp://head:8786"):
-        raise error()
+    gone = "went away; the same command computes what is missing"
+    killed = distributed.KilledWorker("part", SimpleNamespace(address="tcp://far:1"), 3)
+    for error, said in (
+        (OSError("Timed out"), gone),
+        (ConnectionResetError(), gone),
+        (distributed.CancelledError("part"), gone),
+        (killed, r"worker tcp://far:1 died .* lack of memory: give it more"),
+    ):
+        with pytest.raises(WorkerError, match=said), cluster.named_errors("tcp://head:8786"):
+            raise error
 
 
 def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
@@ -406,11 +385,8 @@ def test_threads_of_a_worker_import_schemas_one_after_the_other(
         beside.extend([name] * (begun[-1] != name))
 
     monkeypatch.setattr(experiments, "schema", schema)
-    threads = [threading.Thread(target=on_worker, args=(dict,)) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(2) as pool:
+        assert [tree for tree, _ in pool.map(on_worker, [dict] * 2)] == [{}] * 2
     assert begun == [*experiments.names()] * 2
     assert not beside
 

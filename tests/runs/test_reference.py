@@ -21,7 +21,7 @@ from tests.experiments.trees import asked, computed, shared_reference
 
 FEW = ("problem.n_symbols=2", *(f"problem.arrays.{x}.count=1" for x in ("left", "right")))
 AGAIN = [
-    *(("taylor", name, ()) for name in ("fig2", "fig4", "fig5")),
+    *(("taylor", name, ()) for name in ("fig1", "fig2", "fig4", "fig5")),
     ("taylor", "fig4_zoom", ("problem.levels=1", "problem.n_symbols=8")),
     ("scipy", "fig3", ("problem.bodies={a: [2, 0.2, 1.8]}",)),
     ("scipy", "fig4", FEW),

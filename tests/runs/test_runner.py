@@ -17,7 +17,6 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.config.complaints import ConfigError
-from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import files
 from rigidpend.machine.progress import tell_nobody
@@ -147,10 +146,11 @@ def test_parts_are_those_of_all_that_a_result_hangs_on(
     assert len({given.args for given in parts.call_args_list}) == 1 + len(others) == 4
 
 
-def test_pieces_take_all_jobs_here_and_one_each_on_a_cluster(
+def test_pieces_take_all_jobs_here_and_one_each_on_a_cluster_and_it_is_told_which_are_stored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compute, planned = Mock(side_effect=InterruptedError), runner.plan(loading.load(FIG4), tmp_path)
+    Parts(planned.target, json.dumps(planned.fingerprint)).keep("left.0", lambda: {"x": 1.0})
     module = SimpleNamespace(compute=compute, PIECES=True)
     monkeypatch.setattr(experiments, "computation", lambda _: module)
     for scheduler, jobs in ((None, 3), ("tcp://nowhere:1", 1)):
@@ -159,6 +159,7 @@ def test_pieces_take_all_jobs_here_and_one_each_on_a_cluster(
         means = compute.call_args.args[1]
         assert means.jobs == jobs
         assert means.pieces.keywords.get("jobs") == (None if scheduler else 3)
+        assert [means.stored(name) for name in ("left.0", "left.8")] == [True, False]
 
 
 @pytest.mark.parametrize("before", [0, 1])
@@ -265,23 +266,6 @@ def seen(path: Path) -> tuple[Any, str]:
         for name in TIMES:
             attributes.pop(name, None)
     return loaded["data"], repr(outline)
-
-
-def test_an_experiment_is_told_which_pieces_an_interrupted_run_stored(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
-    parts = Parts(planned.target, json.dumps(planned.fingerprint))
-    parts.keep("left.00000000", lambda: {"x": 1.0})
-
-    def interrupted(_: Any, means: Means) -> Any:
-        assert means.stored("left.00000000")
-        assert not means.stored("left.00000008")
-        raise ArithmeticError("it was asked")
-
-    monkeypatch.setattr(route_codes, "compute", interrupted)
-    with pytest.raises(ArithmeticError, match="it was asked"):
-        runner.run(planned, jobs=2, report=tell_nobody)
 
 
 RESUMED = {

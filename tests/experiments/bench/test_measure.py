@@ -1,5 +1,6 @@
 """How it is measured: search within its budget, meeting in turn, symbols counted, the worker."""
 
+import itertools
 import os
 from collections.abc import Iterator
 from dataclasses import replace
@@ -109,9 +110,7 @@ def test_methods_meet_in_turn_for_some_rounds_within_a_budget(
     single, other, _ = measure.meeting(asking(problem=sizes, meeting=asked), entries, {})
     assert single["rounds"] == pytest.approx(rounds, nan_ok=True)
     assert other["rounds"] == pytest.approx([0.011] * 4)
-    turns = [
-        name for name, before in zip(napping, [None, *napping], strict=False) if name != before
-    ]
+    turns = [name for name, _ in itertools.groupby(napping)]
     assert turns[:6] == [*each, *each]
     assert turns[6:9] == ["other", "third", "single"]
 
@@ -168,11 +167,10 @@ def route(task: Task, turned: int = -1) -> Any:
 
 @pytest.fixture
 def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
-    """Lines of methods with bodies; the method `wrong` errs in column 3; who was called with what.
+    """Lines of methods with bodies, of which `wrong` errs in column 3; who was called with what.
 
-    Each orbit takes 2 ms by the clock, the first time with a body so many seconds more, and before
-    a method is ready it takes `made`; in
-    principal axes an orbit takes `dear`, and in 64 bits is told `rough`, if that is not right.
+    By the clock an orbit takes 2 ms, with a new body `first` seconds more, and a method `made`
+    before it is ready; in principal axes `dear`, where 64 bits are told wrong if `rough`.
     """
 
     def run(names: str, *sizes: float, **more: Any) -> Any:
