@@ -335,7 +335,8 @@ def _growth(chain: Chain) -> Array:
     found, end = [np.eye(2)], before[0]
     with np.errstate(over="ignore", invalid="ignore"):
         for left, right in zip(before[::-1], behind[::-1], strict=True):
-            found.append(end @ np.linalg.inv(right))
+            # The derivatives behind are those of what is subtracted.
+            found.append(end @ -np.linalg.inv(right))
             end = found[-1] @ left
     return np.array(found[::-1])
 

@@ -92,6 +92,20 @@ def test_a_period_is_finer_than_the_map_s_sum_of_doubles() -> None:
     assert 1e-26 < abs(found - Fraction(orbit.period)) < 1e-10
 
 
+@pytest.mark.parametrize("word", [(0,), (0, 1), (0, 1, 1, 1)])
+def test_errors_grow_as_the_derivatives_of_passages_tell(word: tuple[int, ...]) -> None:
+    """In d and chi, whose product loses nothing where surfaces are split by 4e-4."""
+    orbit = closed(level(), word, TURNS)
+    _, _, growth = closed_module.roundings(orbit)
+    grown = np.eye(2)
+    for slope, found in zip(
+        closed_module.tangents(orbit.chain)[::-1, :2], growth[-2::-1], strict=True
+    ):
+        grown = grown @ slope
+        np.testing.assert_allclose(found, grown, rtol=1e-6, atol=0)
+    np.testing.assert_array_equal(growth[-1], np.eye(2))
+
+
 def test_gaps_that_corrections_leave_count(monkeypatch: Any) -> None:
     """Corrections end where passages meet to 1e-19; roundings alone grow to 6e-33."""
     monkeypatch.setattr(closed_module, "LOST", 50)
