@@ -15,7 +15,7 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import NoOrbit, closed_orbit
 from rigidpend.routes.symbolic import closed as closed_module
-from rigidpend.routes.symbolic.chain import crossing_states, passages
+from rigidpend.routes.symbolic.chain import crossing_states, passages, tangents
 from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.levels import OrbitFamily, orbits_of
 from rigidpend.routes.symbolic.stretching import integrated, most_stretched, stretched, stretching
@@ -98,9 +98,7 @@ def test_errors_grow_as_the_derivatives_of_passages_tell(word: tuple[int, ...]) 
     orbit = closed(level(), word, TURNS)
     _, _, growth = closed_module.roundings(orbit)
     grown = np.eye(2)
-    for slope, found in zip(
-        closed_module.tangents(orbit.chain)[::-1, :2], growth[-2::-1], strict=True
-    ):
+    for slope, found in zip(tangents(orbit.chain)[::-1, :2], growth[-2::-1], strict=True):
         grown = grown @ slope
         np.testing.assert_allclose(found, grown, rtol=1e-6, atol=0)
     np.testing.assert_array_equal(growth[-1], np.eye(2))
