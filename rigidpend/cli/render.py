@@ -44,8 +44,7 @@ def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: boo
     from rigidpend.machine.workers import cores, side_by_side
 
     # Each once, in the order in which they are named.
-    given = catalogue.resolve(names, folder, absent=True)
-    paths = {folder_of(x, folder) / f"{x.stem}.h5": x for x in given}
+    paths = _paths(names, folder)
     absent = {source: x for source, x in paths.items() if not os.path.lexists(source)}
     sources = [source for source in paths if source not in absent]
     # In a new process, importing the drawing libraries takes as long as several figures.
@@ -57,9 +56,15 @@ def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: boo
     if not all(drawn):
         sys.exit(FAILED)
     # Of `all` some may be absent, which have not been run yet.
-    named = catalogue.resolve(tuple(x for x in names if x != "all"), folder, absent=True)
-    if absent and (not drawn or not {*named}.isdisjoint(absent.values())):
+    named = _paths(tuple(x for x in names if x != "all"), folder)
+    if absent and (not drawn or not absent.keys().isdisjoint(named)):
         sys.exit(ABSENT)
+
+
+def _paths(names: tuple[str, ...], folder: Path) -> dict[Path, Path]:
+    """The file of each result, with what it is named by, in the order of the names."""
+    given = catalogue.resolve(names, folder, absent=True)
+    return {folder_of(x, folder) / f"{x.stem}.h5": x for x in given}
 
 
 def _drawn(source: Path, suffix: str, force: bool) -> bool:

@@ -286,6 +286,8 @@ def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     assert call(tmp_path, "render", "fig2", "fig1").returncode == 3
     assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
     assert call(tmp_path, "render", "all", "none.h5").returncode == 3
+    named = str(Path("results", "fig1.h5"))
+    assert call(tmp_path, "render", named, "all").returncode == 3, "though it is one of all"
 
 
 def test_an_absent_file_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
