@@ -143,3 +143,33 @@ def test_agrees_a_crossing_right_after_the_start(engine: str, bits: int) -> None
     # M3' is near 1/(2 sin(alpha0)).
     expected = 500 * last_bit * 2 * math.sin(FIG4.alpha0)
     np.testing.assert_allclose(found.time[0], expected, rtol=0.1)
+
+
+class Ramp:
+    """DOP853's interface over an orbit with M3 = (t - 1) `sense` in steps of 1, Qp = 1, Qm = -1."""
+
+    def __init__(self, sense: int) -> None:
+        self.sense, self.t, self.status = sense, 0.0, "running"
+        self.y = self.at(0.0)
+
+    def at(self, time: Any) -> Any:
+        """States (6, 1) or (6, times) at a time."""
+        M3 = self.sense * (np.atleast_1d(time) - 1)
+        return np.array([M3 * 0 + 1, M3 * 0 - 1, M3, *np.zeros((3, M3.size))])
+
+    def step(self) -> None:
+        self.t_old, self.t = self.t, self.t + 1
+        self.y = self.at(self.t).ravel()
+
+    def dense_output(self) -> Any:
+        return self.at
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_dop853_finds_a_crossing_just_where_two_steps_meet(
+    sense: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scipy.integrate.DOP853", lambda *_, **__: Ramp(sense))
+    found = find(Ramp(sense).y, "scipy", n_crossings=2, passage_limit=4)
+    assert found.separatrix.tolist() == [[2 if sense > 0 else 1], [0]]
+    assert found.time[0, 0] == pytest.approx(1, abs=1e-15)
