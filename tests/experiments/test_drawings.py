@@ -213,6 +213,13 @@ def test_labels_of_bodies_end_within_the_panel_of_the_decay(name: str) -> None:
     assert all(frame.x0 < box.x0 and box.x1 < frame.x1 for box in boxes)
 
 
+def test_the_body_of_fig_4_alone_is_called_so() -> None:
+    names = np.array(["figaro", "fig4", *"bcdefghi"], dtype=object)
+    for body, said in (("figaro", r"$\it{figaro}$"), ("fig4", "Fig. 4")):
+        figure = drawn_with("splitting", {"bodies/name": names, "curve/body": body})
+        assert f"{said}, " in figure.axes[0].get_title("left")
+
+
 def test_lines_of_a_route_join_where_there_are_few_samples() -> None:
     sampled = ("t", "theta1", "J1_over_J2", "theta3", "alpha", "omega")
     fewer = {f"*/{name}": lambda x: x[::120] for name in sampled}

@@ -108,13 +108,19 @@ def many(file: Any) -> None:
         other(f"data/proof/{name}", data=x)(file)
 
 
-def test_the_largest_proof_of_the_page_is_read() -> None:
-    """That of energies within a thousandth has 2.6e9 products of terms, as these have."""
-    at = np.array(np.unravel_index(np.arange(1380), (1, 40, 40))).T
-    values: Any = {"family": [0], "bits": [60], "terms": [len(at)], "powers": at}
-    values["coefficients"] = np.ones((len(at), 7), dtype=np.int64)
-    [[step]] = check_pieces.steps_of_sets(values, 1)
+def test_the_largest_proof_of_the_page_is_read_and_one_four_times_as_large_is_not() -> None:
+    """That of energies within a thousandth has 2.6e9 products of terms, as the first one here."""
+
+    def steps(terms: int) -> Any:
+        at = np.array(np.unravel_index(np.arange(terms), (1, 50, 50))).T
+        values: Any = {"family": [0], "bits": [60], "terms": [terms], "powers": at}
+        values["coefficients"] = np.ones((terms, 7), dtype=np.int64)
+        return check_pieces.steps_of_sets(values, 1)
+
+    [[step]] = steps(1380)
     assert len(step.states) == 6
+    with pytest.raises(Refused, match="more terms than can be multiplied in minutes"):
+        steps(2200)
 
 
 def link(file: Any) -> None:
