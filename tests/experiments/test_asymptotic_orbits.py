@@ -1,5 +1,6 @@
 """The experiment `asymptotic_orbits`: counts, codes, sampled orbits, results told apart."""
 
+import math
 import re
 from fractions import Fraction
 from typing import Any
@@ -7,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.asymptotic_orbits import DIGIT, SAMPLED
+from rigidpend.experiments.asymptotic_orbits import DIGIT, SAMPLED, compute
 from rigidpend.experiments.asymptotic_orbits.draw import address, phase_text
 from rigidpend.experiments.plots import decimals
+from rigidpend.machine.progress import PartDone
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit
 from tests.bodies import FIG4
@@ -23,7 +25,7 @@ SMALL = ["problem.symbols=2", "problem.columns=60"]
 def data() -> Any:
     parts: list[str] = []
     found = computed(asked("asymptotic_orbits", *SMALL), parts)
-    assert parts == ["0 symbols", "1 symbols", "2 symbols"]
+    assert parts == [f"symbols.{n}.0000000" for n in range(3)]
     return found
 
 
@@ -64,6 +66,22 @@ def test_where_no_number_of_half_rotations_suffices_none_is_named() -> None:
 def test_all_is_as_it_is_stored_but_the_plane(data: Any) -> None:
     """Which has fewer columns."""
     assert unlike_stored("asymptotic_orbits", data, {}) == {"plane/theta2_0"}
+
+
+@pytest.mark.parametrize("size", [11, 21])
+def test_parts_of_any_size_are_the_same_and_tell_their_share(
+    size: int, data: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of two symbols there are 22 orbits."""
+    monkeypatch.setattr(compute, "PART", {106: size})
+    told, parts, one = list[Any](), list[str](), asked("asymptotic_orbits", *SMALL)
+    found = computed(one, parts, report=told.append)
+    assert len(parts) == sum(math.ceil(len(x["theta2_0"]) / size) for x in data["orbits"].values())
+    assert unlike_stored("asymptotic_orbits", found, {}) == {"plane/theta2_0"}
+    shares = [x.share for x in told if isinstance(x, PartDone)]
+    assert (np.diff(shares) > 0).all()
+    assert len(shares) == len(parts)
+    assert shares[-1] == pytest.approx(1, abs=1e-12)
 
 
 @pytest.mark.parametrize("times", [Fraction(1, 512), Fraction(256)])

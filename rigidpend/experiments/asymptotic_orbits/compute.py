@@ -10,8 +10,10 @@ from rigidpend.experiments.asymptotic_orbits import PLANE
 from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
+from rigidpend.machine.progress import PartDone
 from rigidpend.machine.wording import counted
 from rigidpend.mechanics import in_space
+from rigidpend.numbers import Array
 from rigidpend.orbits import columns
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
@@ -45,6 +47,8 @@ CHOICES, SPARE = 1.4, 0.4
 
 These are what passages may take beyond typical ones, at least the second number. With the same
 bodies the estimate is then within a factor of 2.6."""
+PART = {PAIRS: 1024, 2 * PAIRS: 256}
+"""Orbits in a part of the work, by the bits of their integration: it takes a minute or two."""
 SAMPLES = 64
 """Samples of a drawn orbit per rotation of the pendulum."""
 FADED = 7e-4
@@ -67,9 +71,11 @@ def compute(config: Config, means: Means) -> Tree:
             raise NoOrbit(f"no orbit with {counted(n, 'symbol')} has only {said}: {mend}")
         name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))
         means.report(f"{counted(n, 'symbol')}: {counted(len(orbits.b), 'orbit')}")
-        lengths[name] = means.part(
-            f"{name} symbols", partial(_orbits, launch, orbits, arcs, means.jobs)
-        )
+        lengths[name] = {
+            **_in_parts(launch, orbits, _expected(problem), means),
+            "arcs": arcs,
+            "ends": "homoclinic" if n % 2 else "heteroclinic",
+        }
         if n < problem.drawn and len(orbits.b):
             drawn[name] = _sampled(config, launch, orbits, means)
     return {"orbits": lengths, "plane": _plane(problem, means), "drawn": drawn}
@@ -77,17 +83,20 @@ def compute(config: Config, means: Means) -> Tree:
 
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on one core, without the body's map."""
-    problem = config.problem
     try:
-        bits = _bits(problem)
+        return float(_expected(config.problem).sum())
     except MapError:
         return SECONDS
+
+
+def _expected(problem: Problem) -> Array:
+    """Estimates of the seconds that codes of 0, 1, ... symbols take on one core."""
     # Longer passages than are asked for are not followed.
     turns = min(2 * passage_rotations(problem.routes), problem.half_turns)
     growth = CHOICES * (1 + max(problem.half_turns - turns, SPARE))
-    lengths = range(problem.symbols + 1)
-    followed = sum(2 * growth**n * (ENDS * problem.body.nu + n * turns / 2) for n in lengths)
-    return SECONDS * len(lengths) + ROTATION[bits] * followed
+    n = np.arange(problem.symbols + 1)
+    followed = 2 * growth**n * (ENDS * problem.body.nu + n * turns / 2)
+    return SECONDS + ROTATION[_bits(problem)] * followed
 
 
 def _bits(problem: Problem) -> int:
@@ -107,8 +116,22 @@ def _ordered(launch: Launch, orbits: DoublyAsymptotic) -> DoublyAsymptotic:
     return columns(orbits, np.argsort(phase))
 
 
-def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> Tree:
-    """The orbits of one length, with their phases to 30 digits."""
+def _in_parts(launch: Launch, orbits: DoublyAsymptotic, expected: Array, means: Means) -> Tree:
+    """The orbits of one length, in parts that an interrupted run keeps."""
+    n, N, size, parts = len(orbits.symbols), len(orbits.b), PART[launch.bits], list[Tree]()
+    for first in range(0, max(N, 1), size):
+        some = columns(orbits, slice(first, first + size))
+        name = f"symbols.{n}.{first:07d}"
+        parts.append(means.part(name, partial(_orbits, launch, some, means.jobs)))
+        done = min(first + size, N)
+        text, seconds = f"{counted(n, 'symbol')}: orbits to {done} of {N}", expected[: n + 1].sum()
+        seconds -= expected[n] * (N - done) / max(N, 1)
+        means.report(PartDone(text, seconds, expected.sum()))
+    return {field: np.concatenate([x[field] for x in parts], axis=-1) for field in parts[0]}
+
+
+def _orbits(launch: Launch, orbits: DoublyAsymptotic, jobs: int) -> Tree:
+    """Some of the orbits of one length, with their phases to 30 digits."""
     fine = sharp(launch, orbits, jobs)
     high = np.array([float(x) for x in fine.theta2_0])
     return {
@@ -124,8 +147,6 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
         "residual": orbits.chain.residual,
         "moved": fine.moved,
         "error": fine.error,
-        "arcs": arcs,
-        "ends": "homoclinic" if len(orbits.symbols) % 2 else "heteroclinic",
     }
 
 
