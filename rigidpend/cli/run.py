@@ -245,7 +245,9 @@ class Runs:
         finally:
             outcome.seconds = round(time.perf_counter() - begun, 3)
             outcome.log = logs.path(name)
-        shown.end(name, well=outcome.status == "computed")
+        # Of a run that goes no further the last line is why.
+        if outcome.status == "computed" or self.keep_going:
+            shown.end(name, well=outcome.status == "computed")
 
     def _by_its_means(self, planned: Plan, at_once: int, hear: Callable[[str], None]) -> None:
         """Compute one config here, on a cluster, or in a process of its own if it is long."""

@@ -112,7 +112,11 @@ def test_a_terminal_has_one_line_that_changes_and_keeps_none_of_what_failed(
 
 
 @pytest.mark.slow
-def test_the_first_failure_ends_a_run_that_does_not_keep_going(failing: Path) -> None:
+def test_the_first_failure_ends_a_run_that_does_not_keep_going(
+    failing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And is its last line, however long the run took."""
+    monkeypatch.setattr(progress, "LOG_PERIOD", -1.0)
     done = call(failing, "run", "a.yaml", "c.yaml", "--out", "other", "--json")
     assert done.returncode == 1
     assert [entry["status"] for entry in json.loads(done.stdout)] == ["failed", "not run"]
