@@ -9,6 +9,7 @@ import pytest
 
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.draw import tables
+from rigidpend.machine.progress import PartDone
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.routes.symbolic.closed import closed, closing
 from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
@@ -19,7 +20,10 @@ SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    return computed(asked("closed_orbits", *SMALL))
+    told = list[Any]()
+    found = computed(asked("closed_orbits", *SMALL), report=told.append)
+    assert [x.share for x in told if isinstance(x, PartDone)] == [0.25, 0.5, 0.75, 1.0]
+    return found
 
 
 def test_shorter_words_have_what_is_stored_of_them(data: Any) -> None:

@@ -10,6 +10,7 @@ from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import attributes
+from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import (
     NoOrbit,
@@ -48,7 +49,7 @@ def compute(config: Config, means: Means) -> Tree:
     found = [_closed(level, word, problem) for word in words(problem.longest)]
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
     return {
-        "orbits": _orbits(problem, found),
+        "orbits": _orbits(problem, found, means),
         "averages": _averages(problem, level, found),
         "places": _places(found),
     }
@@ -75,13 +76,15 @@ def cost(config: Config) -> float:
     return BEGIN + FOUND * 2.0**problem.longest + VERIFIED * verified
 
 
-def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
+def _orbits(problem: Problem, found: list[ClosedOrbit], means: Means) -> Tree:
     # Orbits that are not verified keep NaN.
     gaps = np.full((2, len(found)), np.nan)
-    for k, orbit in enumerate(found):
-        if len(orbit.word) <= problem.verified:
-            one = closing(orbit)
-            gaps[:, k] = one.error, one.expected
+    verified = [orbit for orbit in found if len(orbit.word) <= problem.verified]
+    for k, orbit in enumerate(verified):
+        one = closing(orbit)
+        gaps[:, k] = one.error, one.expected
+        text = f"{k + 1} of {len(verified)} orbits verified"
+        means.report(PartDone(text, k + 1, len(verified)))
     alone = [passages(orbit.chain) for orbit in found]
     for orbit, (right, _) in zip(found, alone, strict=True):
         if not right.all():
