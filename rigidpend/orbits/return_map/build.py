@@ -127,7 +127,7 @@ class ReturnMap:
     body : Body
     bits : int
         Precision of the map.
-    energies : 2 floats
+    energies : 2 Exact
         Least and largest energy, physical units, as mu.
     errors : Errors
         Measured errors, relative to the largest values of each table, of the tables before their
@@ -145,7 +145,7 @@ class ReturnMap:
 
     body: Body
     bits: int
-    energies: tuple[float, float]
+    energies: tuple[Exact, Exact]
     errors: Errors
     orders: Orders
     design: Design
@@ -156,7 +156,7 @@ class ReturnMap:
 
     def __repr__(self) -> str:
         # The tables hold thousands of numbers.
-        low, high = self.energies
+        low, high = map(float, self.energies)
         return (
             f"<ReturnMap of {self.body},\n h = {low} to {high}, {self.bits} bits,"
             f" errors of its tables up to {self.errors.largest:.2g}>"
@@ -167,7 +167,7 @@ class ReturnMap:
 
         Raises ParameterError where h is outside of the map's interval.
         """
-        a, (low, high) = precision(self.bits), self.energies
+        a, (low, high) = precision(self.bits), map(float, self.energies)
         if isinstance(h, str | Decimal | Exact):
             h = a.number(checked.number("h", h))
         given = a.array(h)
@@ -223,6 +223,14 @@ class ReturnMap:
     def _coefficients(self, a: Precision) -> Coefficients:
         return coefficients(self.body.angles(a.bits + GUARD_BITS), self.design.unit, a)
 
+    def midline(self, rising: bool, chi: Scalar, energy: Scalar, a: Precision) -> Any:
+        """d of a midline at points of the section, (N,), in numbers of any precision.
+
+        `energy`, (N,) or (1,), goes from -1 to 1 over the map's interval.
+        """
+        whole = Interval(a.number(0), a.number(1), 1)
+        return self.midlines[rising].at(a.cos(chi), energy, 1, whole, a)
+
     def placed(self, rising: bool, states: Numbers, energy: Scalar) -> tuple[Any, Any, Any]:
         """The coordinates d/width and chi of states of the section, and their side, (N,) each.
 
@@ -234,8 +242,7 @@ class ReturnMap:
         a = in_sums(self.bits + 2 * narrower) if narrower else own
         d, chi, side = section_point(rising, a.array(states), self._coefficients(a), a)
         if narrower:
-            whole = Interval(a.number(0), a.number(1), 1)
-            d = d - self.midlines[rising].at(a.cos(chi), a.array(energy), 1, whole, a)
+            d = d - self.midline(rising, chi, a.array(energy), a)
         return own.array(d) * (1 / self.charts[rising].forward.width), own.array(chi), side
 
 
@@ -372,7 +379,7 @@ def build(
     return ReturnMap(
         body,
         bits,
-        (float(low), float(high)),
+        (low, high),
         errors,
         planned,
         design,

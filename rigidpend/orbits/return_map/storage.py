@@ -193,7 +193,7 @@ class _Kept:
             reason, needed = facts
             return MapError(reason) if needed is None else Costly(needed, 0.0)
         nf, down, up, *lines, orders, errors, cost = facts
-        ends = float(low), float(high)
+        ends = low, high
         # Midlines are doubles whatever the precision of the map.
         low_line, up_line = (Midline(a.floats(line.values)) for line in lines)
         return ReturnMap(

@@ -7,7 +7,8 @@ their chi and d must agree. These equations couple a passage to its neighbours o
 of Newton's method for all of them solves a system with five diagonals, and no error grows along the
 orbit as it does in integration.
 
-As a check, each passage of a chain is integrated alone, by the full equations in doubles.
+As a check, each passage of a chain is integrated alone, by the full equations in doubles, or in
+pairs of them where tables count d from midlines.
 """
 
 from __future__ import annotations
@@ -19,15 +20,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import solve_banded
 
+from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import Array, Numbers, Scalar
+from rigidpend.numbers.exact import GUARD_BITS, fraction
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import Precision, precision
-from rigidpend.orbits.return_map.reduced import Coefficients
+from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
+from rigidpend.routes.problem import MOST_NARROWER
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.levels import (
     Arrival,
@@ -72,6 +76,10 @@ LONGEST_WAIT = 4.0
 
 class NoOrbit(ArithmeticError):
     """Error: no orbit has the address in the range of the map; the message gives the reason."""
+
+
+class Blurred(NoOrbit):
+    """Error: roundings of the map's tables displace an orbit by too much."""
 
 
 def on_surface(b: Any, I: float = 0.0) -> Arrival:
@@ -362,7 +370,7 @@ def displaced(level: ChainLevel, x: Any, split: float) -> float:
 
 
 def check_split(level: ChainLevel, split: float, x: Any = 0.0, allowed: float = MOVED) -> None:
-    """Raise NoOrbit where roundings displace orbits by more than `allowed`: see `displaced`."""
+    """Raise Blurred where roundings displace orbits by more than `allowed`: see `displaced`."""
     moved = displaced(level, x, split)
     if moved > allowed:
         body, other, where = "nearly symmetric", "a less symmetric body", f"{level.splitting:.1g}"
@@ -371,7 +379,10 @@ def check_split(level: ChainLevel, split: float, x: Any = 0.0, allowed: float = 
         if moved * split <= allowed * level.splitting:
             body, other = "at the Hess case or near it", "a body farther from it"
             where = f"{split:.1g} at downward crossings, where this orbit changes sides"
-        raise NoOrbit(
+        # Tables are as narrow as orbits start close to the surfaces.
+        if 0 < level.made.design.narrower < MOST_NARROWER:
+            other = f"{other}, or a smaller J1_0"
+        raise Blurred(
             f"the body is {body}: its asymptotic surfaces lie so close together (|I| between them"
             f" is at most {where}) that the crossings of an orbit are known only to"
             f" {moved:.1g} rad in double precision, and {allowed:.1g} rad is needed; take {other}"
@@ -379,13 +390,13 @@ def check_split(level: ChainLevel, split: float, x: Any = 0.0, allowed: float = 
 
 
 def check_told(chain: Chain) -> None:
-    """Raise NoOrbit where doubles do not tell a crossing from the surface beside which it lies."""
+    """Raise Blurred where doubles do not tell a crossing from the surface beside which it lies."""
     level, split = chain.level, chain.split
     k, told = int(np.abs(chain.I).argmin()), displaced(level, chain.unknowns, split) * split
     near = abs(float(chain.I[k]))
     if near < TOLD * told:
         fewer = math.floor(level.half_turns(TOLD * told))
-        raise NoOrbit(
+        raise Blurred(
             f"passage {k + 1} takes so long that it passes a surface at |I| = {near:.1g}, which"
             f" doubles tell to {told:.1g}; with {fewer} half rotations or fewer they surely do"
         )
@@ -415,17 +426,18 @@ def carried(slopes: Array, change: Array) -> tuple[Array, Array]:
 
 
 def passages(chain: Chain) -> tuple[Mask, Array]:
-    """Integrate each passage of a chain alone, in doubles, from the chain's crossing.
+    """Integrate each passage of a chain alone, in `state_bits`, from the chain's crossing.
 
     The results, (n,) each, are True where the passage has the chain's symbol, and the error of the
     chain's time, t': the difference of both times, and the rounding that they may share.
     """
     rising = alternating(len(chain.b), chain.b)
-    states, limit = crossing_states(chain)[:, :-1], float(chain.time.max()) * LONGEST_WAIT
+    c, states = crossing_states(chain, chain.level.state_bits)
+    limit = float(chain.time.max()) * LONGEST_WAIT
     found = integrate.crossings(
-        Orbits(chain.level.c.aligned, states, 2, limit),
+        Orbits(c, states[:, :-1], 2, limit),
         engine=DEFAULT_ENGINE,
-        bits=53,
+        bits=chain.level.state_bits,
         tolerance=FINEST_TOLERANCE[DEFAULT_ENGINE],
         jobs=1,
     )
@@ -439,30 +451,44 @@ def passages(chain: Chain) -> tuple[Mask, Array]:
     return right, np.abs(found.time[behind] - chain.time) + ROUNDED * chain.time
 
 
-def crossing_states(chain: Chain) -> Array:
-    """The aligned components (6, n + 1) at a chain's crossings, in doubles."""
-    level = chain.level
-    return np.asarray(section_states(chain.d, chain.chi, level.h, level.c, precision(53)))
+def crossing_states(chain: Chain, bits: int = 53) -> tuple[AlignedCoefficients, Any]:
+    """Coefficients, and the aligned components (6, n + 1) at a chain's crossings.
+
+    They are doubles, or Fractions of more than 53 bits.
+    """
+    level, a = chain.level, precision(bits)
+    c = coefficients(level.body.angles(bits + GUARD_BITS), "1", a)
+    d, chi = map(a.array, (chain.d, chain.chi))
+    states = section_states(level, d, chi, a.number(level.energy), c, a)
+    if bits == 53:
+        return c.aligned, states
+    return AlignedCoefficients(*map(fraction, c.aligned)), np.frompyfunc(fraction, 1, 1)(states)
 
 
-def section_states(d: Any, chi: Any, h: Scalar, c: Coefficients, a: Precision) -> Any:
+def section_states(
+    level: ChainLevel, d: Any, chi: Any, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
     """The aligned components (6, n) at crossings that are upward and downward by turns.
 
-    They lie beside separatrix 2 or 3: the orbit's own crossings, or the mirror images of these.
+    They lie beside separatrix 2 or 3: the orbit's own crossings, or the mirror images of these. d
+    counts as in the tables of the level.
     """
     states = np.empty((6, len(d)), dtype=a.dtype)
+    d = d + level.midlines(alternating(len(d), d), chi, h, a)
     for rising in (True, False):
         here = slice(0 if rising else 1, None, 2)
         states[:, here] = section_state(rising, d[here], chi[here], h, c, a)
     return states
 
 
-def section_points(states: Numbers, c: Coefficients, a: Precision) -> SectionPoint:
-    """Points of the section from aligned components (6, N): the inverse of section_state.
+def section_points(
+    level: ChainLevel, states: Numbers, h: Scalar, c: Coefficients, a: Precision
+) -> SectionPoint:
+    """Points of the section from aligned components (6, N): the inverse of section_states.
 
     `rising` is an array (N,) too, and chi lies in (-pi, pi].
     """
     # Of Qp and Qm the larger one is Qp beside separatrices 2 and 4, where orbits rise.
     rising = np.abs(states[0]) > np.abs(states[1])
     d, chi, _ = section_point(rising, states, c, a)
-    return SectionPoint(rising, d, chi)
+    return SectionPoint(rising, d - level.midlines(rising, chi, h, a), chi)

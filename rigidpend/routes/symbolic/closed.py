@@ -276,7 +276,7 @@ def actions(chains: Sequence[Chain]) -> Array:
     # Passages are integrated alone, so that errors of one do not grow in the next.
     level = chains[0].level
     c = level.c.aligned
-    states = np.concatenate([crossing_states(chain)[:, :-1] for chain in chains], axis=1)
+    states = np.concatenate([crossing_states(chain)[1][:, :-1] for chain in chains], axis=1)
     time = np.concatenate([chain.time for chain in chains])
 
     def rates(state: Any) -> tuple[Any, ...]:
@@ -373,9 +373,9 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     def gaps(places: Any, ends: Any, times: Any) -> tuple[Any, Any]:
         """Gaps (n, 2) in (d, chi) of passages from `places` to `ends`, and delays t', (n,)."""
         d, chi = places.T
-        states = section_states(d, chi, h, c, a)
+        states = section_states(level, d, chi, h, c, a)
         crossed, late = on_section(states_at(c.aligned, states, times[None], bits)[:, 0], c.aligned)
-        point = section_points(crossed, c, a)
+        point = section_points(level, crossed, h, c, a)
         off = np.stack((point.d, point.chi), axis=1) - ends
         # chi is known but for whole turns.
         off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))

@@ -15,11 +15,21 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.return_map import MapError
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.phases import DOUBLED, angle
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import RouteProblem, narrower
 from rigidpend.routes.symbolic.address import Address, Code, parsed
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
+from rigidpend.routes.symbolic.chain import (
+    Blurred,
+    Chain,
+    NoOrbit,
+    System,
+    alternating,
+    passages,
+    signs_of,
+)
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.legs import ByEnergy
 from rigidpend.routes.symbolic.levels import ChainLevel, OrbitFamily, orbits_of
@@ -62,7 +72,9 @@ class FoundOrbit(NamedTuple):
     delay: float
     """Largest difference of times t' by integration and by the map, of the crossings refined."""
     passages: int
-    """Number of passages that have the right symbol when each is integrated alone, in doubles."""
+    """Number of passages that have the right symbol when each is integrated alone, in doubles.
+
+    Pairs of them serve where surfaces are so close that tables count d from midlines."""
     passage_error: float
     """Largest error of the times of these passages, t'."""
     chi: Array
@@ -150,22 +162,14 @@ def find_orbit(
         raise ParameterError("code", f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
     problem = RouteProblem(body, h0, J1_0, n)
     beside = None if near is None else _phase(near)
-    orbits = orbits_of(problem)
-    chain, by_energy = _solved(orbits, address, beside)
-    fine = refined(orbits, chain, by_energy, digits, jobs)
-    right, error = passages(chain)
-    return FoundOrbit(
-        **fine._asdict(),
-        address=Address.of(chain.chi, address.symbols),
-        digits=digits,
-        confirmed=_confirmed(problem, address, fine, jobs),
-        passages=int(right.sum()),
-        passage_error=float(error[right].max(initial=0.0)),
-        chi=chain.chi,
-        d=chain.d,
-        I=chain.I,
-        residual=float(chain.residual),
-    )
+    task, fewer = (address, beside, digits, jobs), narrower(problem)
+    try:
+        return _found(orbits_of(problem), *task)
+    except (Blurred, MapError):
+        # Tables of the whole layer are too coarse, or do not exist: those beside midlines are left.
+        if not fewer:
+            raise
+    return _found(orbits_of(problem, fewer), *task)
 
 
 def _phase(near: Scalar) -> float:
@@ -174,6 +178,28 @@ def _phase(near: Scalar) -> float:
     if not math.isfinite(float(phase)):
         raise ParameterError("near", f"near must be a finite double, got {phase}")
     return float(angle(phase, DOUBLED))
+
+
+def _found(
+    orbits: OrbitFamily, address: Address, near: float | None, digits: int, jobs: int
+) -> FoundOrbit:
+    """The orbit with an address, by the map of a family."""
+    chain, by_energy = _solved(orbits, address, near)
+    fine = refined(orbits, chain, by_energy, digits, jobs)
+    right, error = passages(chain)
+    rising = alternating(len(chain.chi), chain.chi)
+    return FoundOrbit(
+        **fine._asdict(),
+        address=Address.of(chain.chi, address.symbols),
+        digits=digits,
+        confirmed=_confirmed(orbits.problem, address, fine, jobs),
+        passages=int(right.sum()),
+        passage_error=float(error[right].max(initial=0.0)),
+        chi=chain.chi,
+        d=chain.d + chain.level.midlines(rising, chain.chi, chain.level.h, precision(53)),
+        I=chain.I,
+        residual=float(chain.residual),
+    )
 
 
 def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int) -> int:
@@ -237,7 +263,7 @@ def _either(
     """
     begin, given = orbits.begin(level), address.half_turns or ()
     system = System(level, begin, signs_of(address.symbols))
-    found, reason = [], None
+    found, reason = [], NoOrbit()
     # chi of the first crossing is close to this plus theta2_0.
     origin = float(level.arriving(*begin(0.0)[:2]).chi[0])
     place = (origin + middle) / math.pi
@@ -246,10 +272,14 @@ def _either(
         if address.first is not None and cell % 2 != address.first:
             continue
         parameter = math.pi * cell - origin
+        at = begin(parameter)
+        # Starts farther off the surface than this is split meet it at one phase, near any place.
+        if far := math.hypot(at.I, at.I_slope) > level.splitting:
+            parameter -= math.remainder(math.atan2(at.I, at.I_slope), math.pi)
         try:
             # Some half rotations are free, or all are given.
             if len(given) < len(address.symbols):
-                found.append(shortest(system, cell, parameter, given))
+                found.append(shortest(system, cell, parameter, given, int(far)))
             else:
                 here = beside is not None and round(float(beside[0]) / math.pi) == cell
                 own, parameter = (beside, middle) if here else (None, parameter)
@@ -257,7 +287,7 @@ def _either(
         except NoOrbit as error:
             reason = error
     if not found:
-        raise NoOrbit(str(reason))
+        raise reason
     return min(found, key=lambda each: float(each.time.sum()))
 
 

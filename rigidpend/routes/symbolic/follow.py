@@ -84,7 +84,8 @@ def address_of(
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = orbits_of(problem)
     level = ChainLevel(orbits.return_map, orbits.energy(float(phase)))
-    return addressed(level, section_points(there, level.c, precision(53)), routes.codes[:n, 0])
+    points = section_points(level, there, level.h, level.c, precision(53))
+    return addressed(level, points, routes.codes[:n, 0])
 
 
 def addressed(level: ChainLevel, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:

@@ -158,7 +158,8 @@ class Legs:
         p, m = problem.body.angles(wide), context(wide)
         angles, J = (p.alpha0 + p.beta0, theta2_0), (problem.J1_0.at(wide), problem.J2_0(wide))
         h = a.number(hamiltonian_J3_0(*J, angles, p, m))
-        states = section_states(places[:-1, 0], places[:-1, 1], h, self.c, a)
+        level, (d, chi) = self.chain.level, places[:-1].T
+        states = section_states(level, d, chi, h, self.c, a)
         begun = states_exact(self.begin, [exact(fraction(theta2_0))], self.bits)
         states = np.column_stack((a.array(begun), states))
         # All legs in one kind of numbers are integrated at once; rungs of integers are few, too.
@@ -169,7 +170,7 @@ class Legs:
             given = states[:, here], times[None, here], kind, self.jobs
             reached[:, here] = states_at(self.c.aligned, *given)[:, 0]
         ends, late = on_section(reached, self.c.aligned)
-        found = section_points(np.array(ends), self.c, a)
+        found = section_points(level, np.array(ends), h, self.c, a)
         off = np.stack((found.d, found.chi), axis=1) - places
         # chi is known but for whole turns.
         off[:, 1] -= 2 * a.pi * a.array(np.rint(a.floats(off[:, 1] / (2 * a.pi))))

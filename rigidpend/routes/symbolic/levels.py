@@ -18,6 +18,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact
+from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.return_map import (
     EnergyLevel,
     MapError,
@@ -26,9 +27,10 @@ from rigidpend.orbits.return_map import (
     SectionPoint,
     return_map,
 )
+from rigidpend.orbits.return_map.build import WITH_THETA3
 from rigidpend.orbits.return_map.conjugacy import TorusRates
 from rigidpend.orbits.return_map.passage import Entered
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.map_start import check_start, start_Qp
 from rigidpend.routes.problem import RouteProblem
@@ -110,7 +112,7 @@ class ChainLevel:
     """
 
     def __init__(self, made: ReturnMap, h: Scalar) -> None:
-        self.body, self.energy, self.h = made.body, exact(h), float(h)
+        self.made, self.body, self.energy, self.h = made, made.body, exact(h), float(h)
         self.c = coefficients(made.body.angles(53 + GUARD_BITS), "1", precision(53))
         level = self.map_level = made.at(self.h)
         self.widest_I = min(float(chart.inverse.width) for chart in level.charts)
@@ -134,6 +136,25 @@ class ChainLevel:
         on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, SPLITTING_PHASES))
         U, V, *_ = level.charts[rising].forward.look_up(on.d, turn * on.chi, level.a)
         return float(np.abs(U * V).max())
+
+    @property
+    def state_bits(self) -> int:
+        """Bits in which states tell the crossings as well as the tables do."""
+        return PAIRS if self.made.design.narrower else 53
+
+    def midlines(self, rising: Mask, chi: Any, h: Any, a: Precision) -> Any:
+        """The d from which tables count it, at crossings of an energy h: (n,) as all but h.
+
+        `chi`, radians, and h are numbers of the precision `a`.
+        """
+        found = a.zeros((len(chi),))
+        if self.made.design.narrower:
+            low, high = map(a.number, self.made.energies)
+            energy = a.array([(2 * h - low - high) / (high - low)])
+            for kind in (False, True):
+                here = rising == kind
+                found[here] = self.made.midline(kind, chi[here], energy, a)
+        return found
 
     def rates(self, I: Array) -> TorusRates:
         """Lambda(I) and the mean dt'/dchi, in the shape of I."""
@@ -280,7 +301,11 @@ class OrbitFamily(NamedTuple):
 
 
 @functools.lru_cache(maxsize=8)
-def orbits_of(problem: RouteProblem) -> OrbitFamily:
-    """The orbits of a problem with their map; MapError, with the reason, where they have none."""
+def orbits_of(problem: RouteProblem, fewer: int = 0) -> OrbitFamily:
+    """The orbits of a problem with their map; MapError, with the reason, where they have none.
+
+    Its tables are by `fewer` bits narrower than the displacement of the surfaces.
+    """
     check_start(problem)
-    return OrbitFamily(problem, return_map(problem.body, h=problem.energies))
+    design = WITH_THETA3._replace(narrower=fewer)
+    return OrbitFamily(problem, return_map(problem.body, h=problem.energies, design=design))

@@ -22,6 +22,7 @@ from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.routes.symbolic.chain import (
     MOVED,
+    Blurred,
     Chain,
     NoOrbit,
     carried,
@@ -185,7 +186,7 @@ def _refuse(chain: Chain) -> NoReturn:
     """Raise NoOrbit, with the reason why crossings are placed too far off to begin with."""
     check_split(chain.level, chain.split, chain.unknowns, 10.0**-LEAST_DIGITS)
     check_told(chain)
-    raise NoOrbit("integration does not find the crossings where the map has them")
+    raise Blurred("integration does not find the crossings where the map has them")
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

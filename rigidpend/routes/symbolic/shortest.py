@@ -114,6 +114,8 @@ def with_half_turns(
             return chain_through(system, cells, parameter, end=end)
         except NoOrbit as error:
             reason = reason if str(reason) else error
+    # No guess helps where roundings displace the crossings.
+    check_split(system.level, system.level.narrowest(system.signs))
     # The seed is fixed, so that a call always finds the same orbit.
     random = np.random.default_rng(len(turns))
     for offsets in random.uniform(-0.45, 0.45, (STARTS, len(cells))):
@@ -144,13 +146,15 @@ def check_possible(level: ChainLevel, turns: tuple[int, ...], I: float = 0.0) ->
         most = min(most, level.invariant(n - 1))
 
 
-def shortest(system: System, first: int, parameter: float, turns: tuple[int, ...] = ()) -> Chain:
+def shortest(
+    system: System, first: int, parameter: float, turns: tuple[int, ...] = (), begin: int = 0
+) -> Chain:
     """The chain of a code with few half rotations, the first of which may be given, but not all.
 
     All free passages begin with the same number, the least that allows an orbit. The numbers are
     then reduced one by one from the first passage on, as far as an orbit exists whose crossings
-    stay `INSIDE`. Words of more than `LESSENED` symbols keep the same number. NoOrbit is raised
-    where no orbit was found.
+    stay `INSIDE`, from crossing `begin` on. Words of more than `LESSENED` symbols keep the same
+    number. NoOrbit is raised where no orbit was found.
     """
     n = len(system.signs)
 
@@ -159,10 +163,10 @@ def shortest(system: System, first: int, parameter: float, turns: tuple[int, ...
         cells = np.cumsum([first, *turns, *[each] * (n - len(turns))])
         return chain_through(system, cells, parameter, patient=False)
 
-    made = alike(system.level, system.signs, tried, bool(turns))
+    made = alike(system.level, system.signs, tried, bool(turns), begin)
     cells = made.cells
     for k in range(len(turns), n if n <= LESSENED else 0):
-        cells = lessened(system, made, cells, k)
+        cells = lessened(system, made, cells, k, begin)
     # `lessened` looks at windows only: in case the whole does not exist, the first chain stands.
     if (cells != made.cells).any():
         with contextlib.suppress(NoOrbit):
@@ -171,14 +175,19 @@ def shortest(system: System, first: int, parameter: float, turns: tuple[int, ...
 
 
 def alike(
-    level: ChainLevel, signs: Signs, tried: Callable[[int], Chain], some_given: bool = False
+    level: ChainLevel,
+    signs: Signs,
+    tried: Callable[[int], Chain],
+    some_given: bool = False,
+    begin: int = 0,
 ) -> Chain:
     """The chain with the fewest half rotations, the same number in every free passage.
 
     ``tried(number)`` finds the chain with that number. Its crossings stay `INSIDE`, unless some
-    passages are given. NoOrbit is raised where no chain was found.
+    passages are given; those before crossing `begin` may be anywhere. NoOrbit is raised where no
+    chain was found.
     """
-    split, reason = level.narrowest(signs), None
+    split, reason = level.narrowest(signs), NoOrbit()
     if len(signs) > 1:
         # No length of the passages helps where roundings displace the crossings.
         check_split(level, split)
@@ -191,14 +200,14 @@ def alike(
         except NoOrbit as error:
             reason = error
             continue
-        off = float(made.off_middle.max())
+        off = float(made.off_middle[begin:].max())
         if some_given or off <= INSIDE:
             return made
         reason = NoOrbit(f"a crossing is {off:.2f} half rotations from the middle of its cell")
-    raise NoOrbit(f"from {least} to {most} half rotations a passage: {reason}")
+    raise type(reason)(f"from {least} to {most} half rotations a passage: {reason}")
 
 
-def lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
+def lessened(system: System, made: Chain, cells: Signs, k: int, begin: int = 0) -> Signs:
     """The cells (n + 1,) with as few half rotations in passage k as its neighbours allow.
 
     The chain `made` may have other cells: only the passage that arrives before the window of
@@ -220,6 +229,6 @@ def lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
             near = chain_through(part, fewer[low : high + 1], parameter, patient=False)
         except NoOrbit:
             return cells
-        if near.off_middle.max() > INSIDE:
+        if near.off_middle[max(0, begin - low) :].max() > INSIDE:
             return cells
         cells = fewer

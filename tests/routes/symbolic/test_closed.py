@@ -230,7 +230,7 @@ def test_the_action_is_the_integral_in_canonical_variables(word: tuple[int, ...]
     """J1 dtheta1 + J2 dtheta2 along the paper's equations, through each passage."""
     chain = closed(level(), word, TURNS).chain
     p = BODY.angles()
-    states = crossing_states(chain)[:, :-1]
+    states = crossing_states(chain)[1][:, :-1]
     at = canonical_from_aligned(Aligned(*states), p.alpha0, p.beta0)
     begin = np.array([at.theta1, at.J1, at.theta2, at.J1 + at.J2mJ1])
 

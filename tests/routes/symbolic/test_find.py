@@ -25,7 +25,7 @@ from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.symbolic import Address, NoOrbit, find, follow, legs, shortest
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
-from rigidpend.routes.symbolic.levels import onward
+from rigidpend.routes.symbolic.levels import onward, orbits_of
 from rigidpend.routes.symbolic.refine import refined
 from tests.bodies import FIG4, FIG5, FREE, problem
 from tests.routes.symbolic.fig4 import level
@@ -232,7 +232,37 @@ def test_orbits_of_thin_layers_are_found(body: Body, address: str, phase: str) -
     assert found.confirmed == found.passages == len(found.word)
 
 
-FLAT = Body(A=(2, "1.46", "1.48"), r=("0.90", "0.44", 0), mu="0.00056")
+FAR: dict[str, Any] = {"h0": "0.8057", "J1_0": "2.09e-8", "digits": 20}
+CLOSE = Body(A=("2.208", "1.902", "1.935"), r=("0.909", "0.417", 0), mu="0.00247")
+ASIDE: dict[str, Any] = {"h0": "0.9587", "J1_0": "8.14e-10", "digits": 20}
+FAR_ASIDE = Body(A=("1.855", "1.58", "1.834"), r=("0.914", "0.406", 0), mu="0.00231")
+"""Surfaces are split by a 1e13th of d, and starts are 3e4 and 2e4 times as far from them.
+
+They come to a surface at one phase, the second's beside the border of a cell."""
+
+
+@pytest.mark.parametrize(
+    ("body", "given", "code", "address", "phase"),
+    [
+        (CLOSE, FAR, "01", "b 0^225 1^225", "5.42091922632277482572"),
+        (FAR_ASIDE, ASIDE, "01", "b 0^262 1^260", "1.30721736482326390221"),
+    ],
+)
+def test_orbits_between_surfaces_that_doubles_do_not_tell_apart_are_found(
+    body: Body, given: dict[str, Any], code: str, address: str, phase: str
+) -> None:
+    """At whose last crossing gamma3 = 0, by Taylor series of Euler-Poisson in 160 bits."""
+    found = find_orbit(body, code, **given)
+    assert (str(found.address), str(found.theta2_0)) == (address, phase)
+    assert found.confirmed == found.passages == len(code)
+    # Tables that count d from 0 have the same first crossing, as far as its phase is known.
+    orbits = orbits_of(problem(body, 1, given["h0"], given["J1_0"]))
+    phase = np.array([float(found.theta2_0)])
+    begin = orbits.enter(orbits.return_map.at(orbits.energy(phase)), phase).point
+    assert abs(begin.d[0] - found.d[0]) < found.delay * np.abs(found.d).max()
+
+
+TOO_CLOSE = Body(A=("2.419", "2.222", "2.347"), r=("0.887", "0.462", 0), mu="0.000199")
 TOO_HEAVY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
 HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
 
@@ -256,7 +286,13 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
         # No orbit changes sides at a downward crossing.
         (HESS, "11", {}, NoOrbit, "Hess case or near it: .* at downward crossings"),
         # Legs do not meet.
-        (FLAT, "a 11", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* at most 3e-13"),
+        (
+            TOO_CLOSE,
+            "11",
+            {"h0": "0.9704", "J1_0": "2.52e-9", "digits": 20},
+            NoOrbit,
+            "nearly symmetric: .* at most 1e-18.* or a smaller J1_0",
+        ),
     ],
 )
 def test_where_no_orbit_is_found_the_reason_is_told(
