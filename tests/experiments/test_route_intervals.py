@@ -168,6 +168,7 @@ def test_a_result_in_which_nothing_is_proven_is_no_proof(monkeypatch: pytest.Mon
         (lambda data: data.update(codes=data["codes"][:1]), "asks for 2 symbols"),
         (lambda data: data["place"].__setitem__(-1, 32), "not on the line"),
         (lambda data: data["depth"].__setitem__(1, 4), "overlap"),
+        (lambda data: data["place"].__setitem__(1, data["place"][0]), "overlap"),
     ],
 )
 def test_intervals_that_no_line_has_are_in_no_theorem(spoilt: Any, said: str, stored: Any) -> None:

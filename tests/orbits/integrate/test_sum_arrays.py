@@ -70,7 +70,9 @@ def test_results_are_put_nowhere_else(count: int, step: int, parts: int) -> None
     out = np.full((parts, 3 * LANES), 7.0)
     place = slice(LANES // 2, LANES // 2 + step * count, step)
     a, b = made(count, parts=parts), made(count, seed=2, parts=parts)
-    elementwise("multiply", 53 * parts)(*a.parts, *b.parts, *out[:, place])
+    multiply = elementwise("multiply", 53 * parts)
+    multiply(*a.parts, *b.parts, *out[:, place])
+    assert multiply.nin == 2 * parts, "to others NumPy gives new arrays"
     assert (exactly(SumArray(out[:, place])) == exactly(a * b)).all()
     out[:, place] = 7
     assert (out == 7).all()

@@ -217,14 +217,18 @@ def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None
 
 
 @pytest.mark.slow
-def test_sections_have_both_symbols(stored: Stored, followed: None) -> None:
-    lacking = "a section has no sets of both symbols"
+def test_sections_have_both_symbols(
+    stored: Stored, followed: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lacking, lines = "a section has no sets of both symbols", list[str]()
+    monkeypatch.setattr(coverings, "note", lambda text: lines.append(text()))
     for kept in ([0, 1, 2], [0, 2], [0, 1, 2, 0], [0, 1, 2, 3, 0]):
         some = [stored.quads[k] for k in kept], [stored.orbits[k] for k in kept]
         mine, theirs = said(coverings.prove, stored.numbers, *some), said(by_script, kept)
         reason = lacking if len(kept) < 5 else "the symbol"
         assert reason in mine.replace("same ", "")
         assert reason in theirs
+    assert lines[:3] == [f"polynomials of set {k} of 0 to 2 are checked" for k in range(3)]
 
 
 @pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "apart")])
