@@ -160,12 +160,13 @@ def arctangent(x: Interval) -> Interval:
 
 
 def _arctangent(x: Interval) -> Interval:
-    """That of a point: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), then its series."""
+    """That of a few units: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), a series."""
     # After two halvings |x| < tan(pi/8), so that terms shrink to a fifth each time. Of a wide
     # interval quotients would be wider than that, and its terms might grow.
     for _ in range(2):
         x = x / (1 + sqrt(1 + x * x))
-    odd = power_series(x, lambda power, k: power * x * x * Fraction(1 - 2 * k, 2 * k + 1))
+    square = x * x
+    odd = power_series(x, lambda power, k: power * square * Fraction(1 - 2 * k, 2 * k + 1))
     return 4 * odd
 
 
@@ -177,9 +178,8 @@ def pi() -> Interval:
 @functools.cache
 def _pi(_: int) -> Interval:
     # The argument is `Interval.digits`, by which the cache tells one pi from another.
-    return 16 * arctangent(Interval.of(Fraction(1, 5))) - 4 * arctangent(
-        Interval.of(Fraction(1, 239))
-    )
+    fifth, other = (_arctangent(Interval.of(Fraction(1, n))) for n in (5, 239))
+    return 16 * fifth - 4 * other
 
 
 def cosine(x: Interval) -> Interval:

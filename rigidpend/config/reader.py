@@ -5,6 +5,7 @@ they stand. What could surprise is refused: aliases, merges, tags, equal keys, s
 documents, deep nesting, huge files.
 """
 
+import functools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -52,8 +53,8 @@ class Document:
 
 
 def read(path: Path) -> Document:
-    """Read a YAML file."""
-    return parse(_text(path), str(path))
+    """Read a YAML file. Its document is that of other calls too: who changes it copies it."""
+    return _parsed(_text(path), str(path))
 
 
 def parse(text: str, source: str) -> Document:
@@ -72,6 +73,10 @@ def parse(text: str, source: str) -> Document:
         line = text.count("\n", 0, getattr(error, "position", 0)) + 1
         raise ConfigError.of(Origin(source, line, 1), f"not YAML: {reason}") from None
     return document
+
+
+_parsed = functools.lru_cache(maxsize=64)(parse)
+"""The same of a text that is read again, which takes some milliseconds."""
 
 
 def value(text: str, origin: Origin) -> Any:

@@ -6,9 +6,10 @@ the result, as the experiment's layout declares it. Every dataset has `units` an
 digest of everything follows the HDF5 part of the file, where HDF5 itself does not look.
 
 There is one way to read a file, whoever made it: as data, and never as more. It must be a regular
-file of bounded size. Another process reads it first, because HDF5 can hang or crash on it, and the
-same bytes of a result once; then its structure is checked against the layout of its experiment.
-Only then is a value used. All readers raise the errors of :func:`opened`.
+file of bounded size. Another process reads it first, because HDF5 can hang or crash on it: the same
+bytes of a result once, and not those that this process has written itself. Then its structure is
+checked against the layout of its experiment. Only then is a value used. All readers raise the
+errors of :func:`opened`.
 """
 
 import hashlib
@@ -65,6 +66,8 @@ SOUND: set[tuple[bytes, int, bool]] = set()
 """Results that this process has found sound, by the layouts of their experiments.
 
 Of each the digest, the bytes that its arrays may have, and whether all its values were read."""
+WRITTEN: set[bytes] = set()
+"""Digests of the files that this process has written: HDF5 made these, and nobody since then."""
 
 
 def write(
@@ -110,6 +113,7 @@ def finish(
     content = bytes(file.id.get_file_image())
     file.close()
     files.write(path, sealed(content))
+    WRITTEN.add(hashlib.sha256(content).digest())
 
 
 def _put(group: h5py.Group, layout: Layout, data: Tree) -> None:
@@ -189,7 +193,8 @@ def opened(
 
         digest = hashlib.sha256(image).digest()
         # The structure is checked before any value is touched, in the trial and here.
-        if layout is not None or (digest, most, whole) not in SOUND:
+        read_before = layout is None and (digest, most, whole) in SOUND
+        if not read_before and digest not in WRITTEN:
             tried(trial, len(image), most)
         # The same bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)

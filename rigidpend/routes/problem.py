@@ -81,7 +81,7 @@ class RouteProblem:
 
     def J2_0(self, bits: int) -> Any:
         """J2_0 = sqrt(2 h0/kappa), dimensionless (after eq. sol_3), in `bits` bits."""
-        return _J2_0(self.body.A, self.h0).at(bits)
+        return _rounded_J2_0(self.body.A, self.h0, bits)
 
     def J2mJ1_0(self, bits: int) -> Any:
         """J2_0 - J1_0, dimensionless, correctly rounded to `bits` bits however small it is."""
@@ -98,6 +98,11 @@ def _J2_0(A: tuple[Exact, Exact, Exact], h0: Exact) -> Exact:
     """J2_0 as an exact expression, which gives as many bits as a difference from it needs."""
     A1, A2, A3 = A
     return function("sqrt", 2 * h0 * A3 * (A1 - A2) / (A1 * A2))
+
+
+@functools.lru_cache(maxsize=256)
+def _rounded_J2_0(A: tuple[Exact, Exact, Exact], h0: Exact, bits: int) -> Any:
+    return _J2_0(A, h0).at(bits)
 
 
 def phase_rate(problem: RouteProblem) -> float:

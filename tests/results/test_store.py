@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import h5py
 import numpy as np
@@ -61,9 +61,10 @@ OTHER: Tree = {**TREE, "count": 8}
 
 @pytest.fixture(autouse=True)
 def declared(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take the layout for that of the experiment, and no file for known."""
+    """Take the layout for that of the experiment, and no file for known, nor for one's own."""
     monkeypatch.setattr(experiments, "layout", lambda _: LAYOUT)
     monkeypatch.setattr(store, "SOUND", set())
+    monkeypatch.setattr(store, "WRITTEN", MagicMock())
 
 
 @pytest.fixture
@@ -418,3 +419,9 @@ def test_another_process_reads_once_what_is_then_found_sound(
     store.SOUND.clear()
     monkeypatch.setattr(experiments, "layout", lambda _: {**LAYOUT, "more": LAYOUT["count"]})
     assert trials(store.load, path) == 2, "what is refused is not known to be sound"
+    monkeypatch.setattr(store, "WRITTEN", set())
+    store.write(path, LAYOUT, OTHER, *TOLD)
+    assert trials(store.load, path, LAYOUT) == 0, "this process has written it"
+    with h5py.File(path, "a") as file:
+        file["data/count"][...] = 9
+    assert trials(store.load, path, LAYOUT) == 2, "another program has changed it"
