@@ -165,7 +165,7 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
         parts = [folder / f"{part}.py" for part in ("schema", "compute")]
         counted = set(code_hash.needed(parts))
         reached = {Path(x).relative_to(code_hash.PACKAGE).as_posix() for x in origins if x}
-        assert len(reached) > 30
+        assert f"experiments/{experiment}/compute.py" in reached
         assert reached <= counted
         others = [f"experiments/{name}/" for name in names if name != experiment]
         apart = ("cli/", "render/", "routes/certified/", "notebook.py", *others)
