@@ -13,7 +13,7 @@ from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.data import Field, Layout, fields, members, named
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
-from rigidpend.runs import loading, regression
+from rigidpend.runs import loading, references
 from tests.cli.calls import REFERENCE, call
 from tests.config.samples import SMALL, written
 from tests.experiments import trees
@@ -191,4 +191,4 @@ def test_a_reference_is_renewed_with_a_reason_which_is_kept_with_those_before(
     assert [text.partition(" ")[2] for text in reasons] == ["it was damaged", "a better tolerance"]
     for text in reasons:
         datetime.date.fromisoformat(text.partition(" ")[0])
-    assert regression.verify(loading.load(tmp_path / "small.yaml"), target, jobs=1) == []
+    assert references.verify(loading.load(tmp_path / "small.yaml"), target, jobs=1) == []
