@@ -23,8 +23,8 @@ from numpy.polynomial import polynomial
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.certified.pieces import Quad, quad_from
 from rigidpend.routes.certified.sections import Numbers

@@ -18,8 +18,8 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.expansions import nodes
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.family_orbits import LENGTH, FamilyGrid, steps_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem

@@ -18,6 +18,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import (
     EnergyLevel,
     MapError,
@@ -28,7 +29,6 @@ from rigidpend.orbits.return_map import (
 )
 from rigidpend.orbits.return_map.conjugacy import TorusRates
 from rigidpend.orbits.return_map.passage import Entered
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.map_start import check_start, start_Qp
 from rigidpend.routes.problem import RouteProblem

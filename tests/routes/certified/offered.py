@@ -14,8 +14,8 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.poincare import state_of
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import approximation, intervals, passages, pieces, sections
 from rigidpend.routes.certified.models import Family

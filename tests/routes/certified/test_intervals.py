@@ -17,8 +17,8 @@ from flint import arb, ctx
 
 from rigidpend import Body, route_codes
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.expansions import nodes
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem

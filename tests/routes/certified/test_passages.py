@@ -16,7 +16,7 @@ from flint import arb, arb_mat, ctx
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.precision import precision
 from rigidpend.routes.certified import coverings, passages, sections
 from rigidpend.routes.certified.balls import ARB_BITS
 from rigidpend.routes.certified.horseshoe import ShiftProblem
