@@ -21,7 +21,7 @@ from rigidpend.machine.wording import Table, columns
 from rigidpend.numbers import Array, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.numbers.expressions import words
+from rigidpend.numbers.texts import words
 
 if TYPE_CHECKING:
     import xarray

@@ -26,7 +26,7 @@ from rigidpend.mechanics.coordinates import (
 )
 from rigidpend.mechanics.equations import eq1
 from rigidpend.numbers import Elementary, Numbers, Scalar
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 SEPARATRICES = (1, 2, 3, 4)
 """Numbers of the separatrices; 2 and 4 are the halves of one circle, 1 and 3 of the other."""

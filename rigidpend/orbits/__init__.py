@@ -6,7 +6,8 @@ integrate   step by step, by Taylor series in machine code or in integers, or by
 precision   arrays of numbers of any precision, for maps and whoever else computes beyond doubles
 return_map  from section to section, without integration, by a normal form and tables
 
-What integration and maps find are records: named tuples of arrays, or of records, whose last axis counts orbits.
+Integration and maps give records: named tuples of arrays, or of records, whose last axis counts
+orbits.
 """
 
 from collections.abc import Callable

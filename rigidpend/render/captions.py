@@ -5,7 +5,7 @@ from typing import Any
 
 from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
-from rigidpend.numbers.expressions import as_written
+from rigidpend.numbers.texts import as_written
 
 SHARED = ("beta0", "mu", "h", "around", "h0", "half_turns", "approach", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that follow the body, in this order, if they have a single value."""

@@ -19,7 +19,7 @@ from rigidpend.experiments.shared import arrays
 from rigidpend.machine import files
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.results import store
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, ORBIT_TERMS, Step
 

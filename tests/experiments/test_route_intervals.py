@@ -14,7 +14,7 @@ from rigidpend.experiments.route_intervals import compute, draw
 from rigidpend.experiments.route_intervals.compute import contradictions
 from rigidpend.machine.files import StoreError
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval

@@ -12,7 +12,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.experiments.route_map.draw import tables
 from rigidpend.machine import files
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import choice, costs
 from rigidpend.routes.cells import Cells, cells_of_starts

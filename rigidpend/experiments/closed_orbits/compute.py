@@ -10,7 +10,7 @@ from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import attributes
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,

@@ -19,7 +19,7 @@ from rigidpend.machine import progress
 from rigidpend.machine.wording import counted
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.exact import Exact, context
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified import intervals as lines
 from rigidpend.routes.certified import pieces

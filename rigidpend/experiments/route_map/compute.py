@@ -18,7 +18,7 @@ from rigidpend.experiments.data import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers import Array
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice, costs
 from rigidpend.routes.cells import (

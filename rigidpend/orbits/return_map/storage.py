@@ -24,7 +24,7 @@ from rigidpend.mechanics.body import Body, check_units
 from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST_BITS, Exact
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.texts import named
 from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map.build import WITH_THETA3, Costly, Design, ReturnMap, build, plan

@@ -20,7 +20,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.expressions import NO_SYMBOL, words
+from rigidpend.numbers.texts import NO_SYMBOL, words
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import alone
