@@ -151,7 +151,7 @@ def members(layout: Layout) -> tuple[str, Field | Layout] | None:
     return None
 
 
-def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
+def fixed(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
     """Members with fixed names, each with True if it is required."""
     return {
         name.removesuffix("?"): (node, not name.endswith("?"))
@@ -162,7 +162,7 @@ def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
 
 def declared(layout: Layout, names: Collection[str]) -> dict[str, Field | Layout]:
     """Those of the given names that a layout declares, with their fields or layouts."""
-    known, further = {name: node for name, (node, _) in named(layout).items()}, members(layout)
+    known, further = {name: node for name, (node, _) in fixed(layout).items()}, members(layout)
     if further:
         known = {**dict.fromkeys(names, further[1]), **known}
     return {name: known[name] for name in names if name in known}

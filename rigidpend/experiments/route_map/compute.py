@@ -157,12 +157,12 @@ def tiled(
 
 def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
     """The cells of some rows and columns."""
-    found, shape = cells_of(x, y, problem, arithmetic, jobs), (y.size, x.size)
+    found, shape = row_by_row(x, y, problem, arithmetic, jobs), (y.size, x.size)
     certain, by_map = found.certain.reshape(shape), found.by_map.reshape(shape)
     return {"codes": found.codes.reshape(-1, *shape), "certain": certain, "by_map": by_map}
 
 
-def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
+def row_by_row(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
     """The cells, row by row."""
     shares = _shares_maps(problem)
     if shares:

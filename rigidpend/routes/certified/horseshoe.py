@@ -239,7 +239,7 @@ def _sections(setting: ShiftProblem, w: float = 0.0) -> list[_Section]:
     return [_Section(level, True, 0.0), _Section(level, False, math.pi * (setting.half_turns % 2))]
 
 
-def angles(setting: ShiftProblem) -> list[float]:
+def crossing_angles(setting: ShiftProblem) -> list[float]:
     """The angle of the surfaces in (d, chi) at the heteroclinic point of either section."""
     ends, found = np.array([-TILT, TILT]), []
     for section in _sections(setting):
@@ -250,13 +250,13 @@ def angles(setting: ShiftProblem) -> list[float]:
 
 def angle_of(setting: ShiftProblem) -> float:
     """The smaller one of both angles, in (d/momentum, chi): it is the same in any units."""
-    return min(angles(setting)) / setting.momentum
+    return min(crossing_angles(setting)) / setting.momentum
 
 
 def quads(setting: ShiftProblem) -> list[Quad]:
     """The sets: of symbols 0 and 1 of upward crossings, then of downward ones."""
     level = setting.level
-    sections, tilts = _sections(setting), angles(setting)
+    sections, tilts = _sections(setting), crossing_angles(setting)
     zero = np.zeros(1)
     # Distances in d: of sets from the stable surface, and of images from the unstable one. Sets of
     # more half rotations are nearer, so these are the largest ones.
