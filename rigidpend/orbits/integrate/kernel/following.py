@@ -57,7 +57,7 @@ def carrying(order: int, bits: int, lanes: int = LANES) -> Any:
 
 
 @functools.cache
-def sampling(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
+def sampling(order: int, bits: int, field: TracedField, lanes: int) -> Any:
     """The kernel that writes down the states of orbits of a field at given times.
 
     It is called with (state, stride, time, parameters, grid, all, apart, count, next, sense,
