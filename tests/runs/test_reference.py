@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments.compare import Difference
-from rigidpend.experiments.data import Field, Layout, fields, members, named
+from rigidpend.experiments.data import Field, Layout, fields, fixed, members
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading, references
@@ -101,7 +101,7 @@ def ceiling(name: str, place: tuple[str, ...]) -> float:
 
 def single(stored: Any, layout: Layout) -> Any:
     """Of groups that are of one kind the first: what is declared of one is declared of all."""
-    nodes = {name: node for name, (node, _) in named(layout).items()}
+    nodes = {name: node for name, (node, _) in fixed(layout).items()}
     if further := members(layout):
         nodes |= dict.fromkeys([x for x in stored if x not in nodes][:1], further[1])
     return {

@@ -21,7 +21,7 @@ from rigidpend.routes.certified.coverings import prove_cones, prove_link, relati
 from rigidpend.routes.certified.family_orbits import pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
-from rigidpend.routes.certified.pieces import (
+from rigidpend.routes.certified.proof_data import (
     FamilyStep,
     Followed,
     Quad,

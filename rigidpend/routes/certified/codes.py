@@ -25,7 +25,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.orbit import AT_START, OrbitChecker, Proof, enclosed, proof_of
-from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step, Undecided
+from rigidpend.routes.certified.proof_data import ORBIT_BITS, ORBIT_STEPS, Step, Undecided
 from rigidpend.routes.codes import codes_of, shown
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit

@@ -25,7 +25,7 @@ from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.models import horner
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers, Quad
+from rigidpend.routes.certified.proof_data import CLOCK, FamilyStep, Powers, Quad
 
 TOLERANCE = 2.0**-100
 """Tolerance of the integration."""

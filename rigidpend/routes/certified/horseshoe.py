@@ -26,7 +26,7 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact
 from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.routes.certified.pieces import Quad, quad_from
+from rigidpend.routes.certified.proof_data import Quad, quad_from
 from rigidpend.routes.certified.sections import Numbers
 
 IN_PAIRS = precision(96)

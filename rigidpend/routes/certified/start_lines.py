@@ -32,7 +32,7 @@ from rigidpend.routes.certified.horseshoe import (
     quads,
 )
 from rigidpend.routes.certified.models import horner
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, Undecided
+from rigidpend.routes.certified.proof_data import FamilyStep, Quad, StartLine, Undecided
 
 SPREAD_FACTOR = 1.02
 """Spread of the energies that are proven, over that of a line of starts."""
