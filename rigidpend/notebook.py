@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from html import escape
@@ -21,14 +21,14 @@ from rigidpend.machine.wording import Table, columns
 from rigidpend.numbers import Array, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.numbers.expressions import words
+from rigidpend.numbers.texts import words
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
     from rigidpend.config.description import Row
-    from rigidpend.experiments.data import Loaded
+    from rigidpend.experiments.data import Data, Layout, Loaded
     from rigidpend.mechanics.body import Body
     from rigidpend.routes.herpolhode import SampledOrbit
 
@@ -89,10 +89,12 @@ class StoredResult:
         ModuleNotFoundError
             xarray is not installed: it is in the extra `notebook`.
         """
-        from rigidpend.experiments import data
+        import xarray
 
         layout = experiments.layout(self.experiment)
-        return data.labelled(self.values, layout, self.loaded["attributes"])
+        made = xarray.DataTree.from_dict(dict(_datasets("", self.values, layout)))
+        made.attrs.update(self.loaded["attributes"])
+        return made
 
     def __getitem__(self, key: str) -> Any:
         try:
@@ -120,6 +122,26 @@ class StoredResult:
         # xarray is an extra: without it a result is still shown, by its head alone.
         except ModuleNotFoundError:
             return head
+
+
+def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarray.Dataset]]:
+    """Datasets of a group and its subgroups, with their paths."""
+    import numpy as np
+    import xarray
+
+    from rigidpend.experiments.data import Field, declared
+
+    variables, coordinates = {}, []
+    for key, node in declared(layout, data).items():
+        if not isinstance(node, Field):
+            yield from _datasets(f"{path}/{key}", data[key], node)
+            continue
+        # xarray needs a name for each dimension: one given as a mere size takes the array's name.
+        sizes = enumerate(node.dimensions)
+        dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
+        variables[key] = xarray.Variable(dims, np.asarray(data[key]), node.meaning)
+        coordinates += [key] if node.coordinate else []
+    yield path or "/", xarray.Dataset(variables).set_coords(coordinates)
 
 
 class TheoryTable(tuple["Row", ...]):

@@ -15,7 +15,7 @@ check_sections     the body's constants; sets and lines, and the orbits that beg
 check_passages     these orbits up to their next crossing (C2 to C5)
 check_connections  orbits beside the sets, and how surfaces cross (C8, C9)
 check_coverings    the relations of sets (C6, C7), and the proof from all of these
-check_pieces       sets and steps as files hold them
+check_proof_data   sets and steps as files hold them
 """
 
 import json
@@ -38,7 +38,7 @@ from scripts.check_certificate import (
     stated_by,
 )
 from scripts.check_coverings import Proven, prove
-from scripts.check_pieces import (
+from scripts.check_proof_data import (
     ENERGIES,
     LINE,
     MOST,

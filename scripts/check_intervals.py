@@ -34,7 +34,7 @@ from scripts.check_certificate import (
 )
 from scripts.check_orbit import each
 from scripts.check_passages import tube
-from scripts.check_pieces import PROOF, steps_of_sets, whole
+from scripts.check_proof_data import PROOF, steps_of_sets, whole
 from scripts.check_sections import Problem, Step, problem_of
 from scripts.check_series import DIGITS, Series, around
 

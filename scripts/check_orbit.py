@@ -26,7 +26,7 @@ from scripts.check_certificate import (
     stated_by,
 )
 from scripts.check_coverings import prove_link
-from scripts.check_pieces import (
+from scripts.check_proof_data import (
     ENERGIES,
     LINE,
     PROOF,

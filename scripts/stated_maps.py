@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.bench.problems import drawn
+from rigidpend.orbits.precision import MOST_IN_TRIPLES, in_triples, precision
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.charts import Arcs, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import normal_form
-from rigidpend.orbits.return_map.precision import MOST_IN_TRIPLES, in_triples, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import Looked
 from rigidpend.routes.problem import RouteProblem, narrower

@@ -22,8 +22,8 @@ from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograp
 from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import Exact, context, exact, fraction
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.poincare import section_state
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.closed import ClosedOrbit, Closing

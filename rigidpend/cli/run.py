@@ -264,7 +264,7 @@ class Runs:
             workers.apart(runner.follow, (planned, jobs), hear)
         except BaseException:
             # The process may have been ended while it was writing.
-            files.sweep(planned.target, least_age=0.0)
+            files.remove_leftovers(planned.target, least_age=0.0)
             raise
 
     def _failed(

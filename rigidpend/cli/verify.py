@@ -69,7 +69,7 @@ def verify_command(
         raise click.UsageError("--set changes what is computed, and --results computes nothing")
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
-    folders = [reference] if reference else references()
+    folders = [reference] if reference else folders_of_references()
     found = []
     with Progress(len(paths), patient=True) as display:
         for path in paths:
@@ -92,7 +92,7 @@ def verify_command(
     sys.exit(ABSENT if absent else DONE if same else FAILED)
 
 
-def references() -> list[Path]:
+def folders_of_references() -> list[Path]:
     """Folders of the references: here, in the checkout, and installed with the package."""
     known = (REFERENCES, PACKAGE.parent / REFERENCES, PACKAGE / "reference")
     # The first is always listed: it is where new references would be made.
@@ -110,7 +110,7 @@ def _compared(
     """Compute one experiment and compare it, as plain data."""
     from rigidpend.machine import files
     from rigidpend.runs import certificate_files as storage
-    from rigidpend.runs import loading, regression
+    from rigidpend.runs import loading, references
 
     loaded = loading.load(path, settings)
     # The first folder that has the reference counts, or the first folder if none has it.
@@ -123,7 +123,7 @@ def _compared(
         # The certificate beside the result that is read, or else that beside the reference.
         proof = storage.beside(read or stored)
         given: Any = {"jobs": jobs, "report": hear}
-        found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
+        found = references.verify(loaded, stored, fresh=read, certificate=proof, **given)
     except files.StoreError as error:
         absent = isinstance(error, files.Absent)
         said = f"{error}; {catalogue.remedy_of_reference(path, stored)}"
@@ -182,7 +182,7 @@ def reference_command(names: tuple[str, ...], reason: str, folder: Path, jobs: i
     Example:
       rigidpend reference fig4 --reason "n_symbols = 20"
     """
-    from rigidpend.runs import loading, regression
+    from rigidpend.runs import loading, references
 
     # Checked here, and not by `required` of the option, because blanks are no reason either.
     if not reason.strip():
@@ -191,5 +191,5 @@ def reference_command(names: tuple[str, ...], reason: str, folder: Path, jobs: i
     for path in paths:
         loaded = loading.load(path)
         target = folder / f"{loaded.name}.h5"
-        regression.renew(loaded, target, reason, jobs=jobs)
+        references.renew(loaded, target, reason, jobs=jobs)
         say(f"{loaded.name}: {target} renewed")

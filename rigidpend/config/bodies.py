@@ -99,11 +99,11 @@ class RouteStart(HeavyBody):
         return self
 
 
-def one_of(field: str, what: str, value: Any, known: Collection[Any]) -> None:
-    """Refuse a value of a field that is not among those that the config gives."""
+def check_drawn(what: str, value: Any, known: Collection[Any]) -> None:
+    """Refuse a choice of what is drawn that is not among what the config gives."""
     if value not in known:
         said = ", ".join(map(str, known))
-        raise ParameterError(field, f"no such {what}: {value} (known: {said})")
+        raise ParameterError("drawn", f"no such {what}: {value} (known: {said})")
 
 
 def _ascending(values: tuple[Exact, ...]) -> tuple[Exact, ...]:

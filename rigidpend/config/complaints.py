@@ -1,4 +1,4 @@
-"""Complaints about a config, each with its place, its line and a caret."""
+"""Complaints about a config and how they are shown, each with its place, its line and a caret."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def asked(part: Part, apart: Sequence[str] = ()) -> Iterator[Row]:
 
     A section without a meaning of its own has a row for each of its keys; keys `apart` have none.
     """
-    from rigidpend.config.schema import WRITTEN, comment
+    from rigidpend.config.schema import WRITTEN, comment, nested
 
     written = part.model_dump(mode="json", context=WRITTEN)
     for name in (name for name in type(part).model_fields if name not in apart):
@@ -46,7 +46,7 @@ def asked(part: Part, apart: Sequence[str] = ()) -> Iterator[Row]:
         numbers = value if isinstance(value, tuple) else (value,)
         if isinstance(value, Mapping):
             yield from (Row(f"{name} {key}", _text(x), meaning) for key, x in written[name].items())
-        elif not meaning:
+        elif not meaning and nested(type(value))[0]:
             yield from (row._replace(name=f"{name} {row.name}") for row in asked(value))
         elif all(type(x) is int or isinstance(x, Exact) for x in numbers):
             yield number_row(name, meaning, *numbers)

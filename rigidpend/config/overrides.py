@@ -12,7 +12,7 @@ from rigidpend.config import reader
 from rigidpend.config.complaints import ConfigError, Origin, Place
 from rigidpend.config.reader import MOST_DEPTH, Document
 from rigidpend.machine.files import CERTIFICATE
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.texts import named
 
 INDEXED = re.compile(r"\[(\w+)\]")
 """An index in brackets, as other languages write it."""

@@ -1,7 +1,4 @@
-"""Table of a body by the paper's theory and the exact periodic orbits.
-
-Its values come from `body`, `periodic`, `melnikov`, `precession` and `floquet`.
-"""
+"""Table of a body by the paper's theory and the exact periodic orbits."""
 
 import math
 from collections.abc import Iterator

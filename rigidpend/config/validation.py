@@ -1,4 +1,4 @@
-"""Validation messages in plain words, each at the place where the value was written."""
+"""Complaints from a schema: pydantic's errors in plain words, each where the value was written."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from rigidpend.config.overrides import in_one_line
 from rigidpend.config.schema import comment, nested
-from rigidpend.numbers.expressions import everywhere
+from rigidpend.numbers.texts import everywhere
 
 WIDTH, BESIDE = 80, 36
 """Characters of a line, and of the longest value with its comment beside it."""

@@ -69,7 +69,7 @@ def keys(stored: Any, fresh: Any) -> list[Difference]:
     ]
 
 
-def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Difference]:
+def outlines(stored: Any, fresh: Any, *, same_numerics: bool) -> list[Difference]:
     """Find where two result files differ in their structure: see `store.outline`.
 
     The place, date, code and engine of a result, and its name, are not compared, but must be there;

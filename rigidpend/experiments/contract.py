@@ -25,12 +25,9 @@
         Sentences that ``/data`` of a result proves, checked again without integration;
         ArithmeticError or ValueError if the proof fails, with a text that says what is not shown.
 ``draw.py``
-    ``draw(result)``: a figure of a stored result. Optional:
-
-    ``CAPTION``
-        Sentences on what the figure shows, for any body.
-    ``tables(result)``
-        Tables of a stored result, with its numbers beside those that the paper prints.
+    ``draw(result)``: a figure of a stored result. ``CAPTION``: sentences on what the figure shows,
+    for any body. ``tables(result)``: tables of a stored result, with its numbers beside those that
+    the paper prints; an empty list without any.
 
 Nothing is registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py`
 import no matplotlib and `draw.py` no integrator, because each is loaded without the others.

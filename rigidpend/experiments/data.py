@@ -15,12 +15,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict
+from typing import Any, NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
-
-if TYPE_CHECKING:
-    import xarray
 
 
 class Coming(NamedTuple):
@@ -151,7 +148,7 @@ def members(layout: Layout) -> tuple[str, Field | Layout] | None:
     return None
 
 
-def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
+def fixed(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
     """Members with fixed names, each with True if it is required."""
     return {
         name.removesuffix("?"): (node, not name.endswith("?"))
@@ -162,7 +159,7 @@ def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
 
 def declared(layout: Layout, names: Collection[str]) -> dict[str, Field | Layout]:
     """Those of the given names that a layout declares, with their fields or layouts."""
-    known, further = {name: node for name, (node, _) in named(layout).items()}, members(layout)
+    known, further = {name: node for name, (node, _) in fixed(layout).items()}, members(layout)
     if further:
         known = {**dict.fromkeys(names, further[1]), **known}
     return {name: known[name] for name in names if name in known}
@@ -176,33 +173,3 @@ def fields(layout: Layout, data: Data, place: str = "") -> Iterator[tuple[str, A
             yield inner, data[name], node
         else:
             yield from fields(node, data[name], f"{inner}/")
-
-
-def labelled(data: Data, layout: Layout, attributes: Mapping[str, Any]) -> xarray.DataTree:
-    """A result as an xarray tree, with the attributes at its root.
-
-    Each group is a node; each array has its dimensions, its unit and its description.
-    ModuleNotFoundError if xarray, of the extra `notebook`, is not installed.
-    """
-    import xarray
-
-    made = xarray.DataTree.from_dict(dict(_datasets("", data, layout)))
-    made.attrs.update(attributes)
-    return made
-
-
-def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarray.Dataset]]:
-    """Datasets of a group and its subgroups, with their paths."""
-    import xarray
-
-    variables, coordinates = {}, []
-    for key, node in declared(layout, data).items():
-        if not isinstance(node, Field):
-            yield from _datasets(f"{path}/{key}", data[key], node)
-            continue
-        # xarray needs a name for each dimension: one given as a mere size takes the array's name.
-        sizes = enumerate(node.dimensions)
-        dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
-        variables[key] = xarray.Variable(dims, np.asarray(data[key]), node.meaning)
-        coordinates += [key] if node.coordinate else []
-    yield path or "/", xarray.Dataset(variables).set_coords(coordinates)

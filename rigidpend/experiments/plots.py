@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.experiments.data import Field
 from rigidpend.numbers import Array
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 WIDTH = 7.2
 """Width of a page, inches."""

@@ -11,7 +11,7 @@ import numpy as np
 from rigidpend.experiments.compare import ROUNDING, relative, where
 from rigidpend.experiments.data import ANY, Allowed, Data, double, flag, text, whole
 from rigidpend.numbers import Array
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 if TYPE_CHECKING:
     from fractions import Fraction

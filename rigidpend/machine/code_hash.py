@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rigidpend.machine import cache
-from rigidpend.numbers.expressions import parsed
+from rigidpend.numbers.texts import parsed
 
 PACKAGE = Path(__file__).resolve().parents[1]
 MOST_BYTES = 100_000

@@ -122,7 +122,7 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
     Leftovers of killed writers of the same file are removed. Without `lasting` the content may be
     lost when the machine fails.
     """
-    sweep(path)
+    remove_leftovers(path)
     handle, temporary = _temporary(path)
     signals.unfinished.add(temporary)
     try:
@@ -153,7 +153,7 @@ def twin(path: Path) -> str:
     return "" if path.name in alike else next(iter(alike), "")
 
 
-def sweep(path: Path, least_age: float = DAY) -> None:
+def remove_leftovers(path: Path, least_age: float = DAY) -> None:
     """Remove leftovers of killed writers of a file, if at least `least_age` seconds old."""
     for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
         if is_left(left, least_age):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rigidpend.numbers import Elementary, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, ExactError, context, exact, function
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.texts import named
 
 SAME_WITHIN = 1e-15
 """Difference below which two angles count as equal, radians: the rounding of doubles."""

@@ -26,7 +26,7 @@ from rigidpend.mechanics.coordinates import (
 )
 from rigidpend.mechanics.equations import eq1
 from rigidpend.numbers import Elementary, Numbers, Scalar
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 SEPARATRICES = (1, 2, 3, 4)
 """Numbers of the separatrices; 2 and 4 are the halves of one circle, 1 and 3 of the other."""
@@ -164,17 +164,17 @@ def direction(number: int) -> int:
     return 1 if number % 2 == 0 else -1
 
 
-def exponent(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
+def exponent(J2: Scalar, p: Angles, m: Elementary) -> Any:
     """Rate u = J2 sin(alpha0) at which orbits leave and approach the pendulum rotation, per t'."""
     return J2 * m.sin(p.alpha0)
 
 
-def fastest_rate(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
+def fastest_rate(J2: Scalar, p: Angles, m: Elementary) -> Any:
     """The larger of two rates, per t': the rotation's kappa J2, radians, or the exponent u."""
     return max(p.kappa * J2, exponent(J2, p, m))
 
 
-def v(motion: SeparatrixMotion, m: Elementary = np) -> Any:
+def v(motion: SeparatrixMotion, m: Elementary) -> Any:
     """Logarithm v = ln((J2_0 - J1_0)/J1_0): J1 passes J2/2 at u t = v rising, at -v falling."""
     return m.log(motion.J2mJ1_0 / motion.J1_0)
 

@@ -2,9 +2,9 @@
 
 Modules
 -------
-exact        exact numbers: rationals, pi, texts such as 3*pi/40, and functions of them
-expressions  numbers, codes and values as texts
-checked      checks of arguments, which are taken exactly or refused in a sentence
+exact    exact numbers: rationals, pi, texts such as 3*pi/40, and functions of them
+texts    numbers, codes and values as texts
+checked  checks of arguments, which are taken exactly or refused in a sentence
 
 Types for functions of any kind of number: arrays of doubles, and generic numbers such as floats,
 mpmath's, or symbols.

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend.numbers.exact import FINEST_BITS, Exact, ExactError, exact
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.texts import named
 
 GAP_BITS = 11
 """Least number of bits between two precisions.

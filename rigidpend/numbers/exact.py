@@ -18,8 +18,8 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from rigidpend.numbers.expressions import ExactError as ExactError
-from rigidpend.numbers.expressions import named, parsed, shown
+from rigidpend.numbers.texts import ExactError as ExactError
+from rigidpend.numbers.texts import named, parsed, shown
 
 if TYPE_CHECKING:
     from mpmath import MPContext

@@ -1,11 +1,13 @@
 """Orbits followed, in any precision.
 
-Packages
---------
+Modules
+-------
 integrate   step by step, by Taylor series in machine code or in integers, or by DOP853
+precision   arrays of numbers of any precision, for maps and whoever else computes beyond doubles
 return_map  from section to section, without integration, by a normal form and tables
 
-What both find are records: named tuples of arrays, or of records, whose last axis counts orbits.
+Integration and maps give records: named tuples of arrays, or of records, whose last axis counts
+orbits.
 """
 
 from collections.abc import Callable

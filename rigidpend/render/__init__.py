@@ -1,8 +1,8 @@
-"""Figures from result files: one module an experiment. Nothing is computed here.
+"""Figures as image files, drawn from result files alone, and one page of all of them.
 
-Each module has ``draw(result) -> Figure``, for a result of `store.load`. No display is needed, and
-no integrator is imported. The metadata of an image identify what it was drawn from: the bytes of
-the files, the drawing code, the style and the libraries. An image is kept while these are the same.
+An experiment's `draw.py` draws. No display is needed, and no integrator is imported. The metadata
+of an image identify what it was drawn from: the bytes of the files, the drawing code, the style and
+the libraries. An image is kept while these are the same.
 """
 
 from __future__ import annotations

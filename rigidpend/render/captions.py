@@ -5,7 +5,7 @@ from typing import Any
 
 from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
-from rigidpend.numbers.expressions import as_written
+from rigidpend.numbers.texts import as_written
 
 SHARED = ("beta0", "mu", "h", "around", "h0", "half_turns", "approach", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that follow the body, in this order, if they have a single value."""
@@ -15,7 +15,7 @@ LONGEST = 300
 
 def caption(experiment: str) -> str:
     """Sentences on what the figures of an experiment show; the first describes the picture."""
-    return str(getattr(experiments.drawing(experiment), "CAPTION", ""))
+    return str(experiments.drawing(experiment).CAPTION)
 
 
 def foot(result: Loaded) -> list[str]:
@@ -23,7 +23,7 @@ def foot(result: Loaded) -> list[str]:
     attributes = result["attributes"]
     seen, stop, _ = caption(str(attributes["experiment"])).partition(". ")
     name, said = str(attributes.get("name", "unnamed")), "; ".join(bodies(result))
-    return [*filter(None, [seen + stop.strip()]), f"{name}: {said}" if said else name]
+    return [seen + stop.strip(), f"{name}: {said}" if said else name]
 
 
 def bodies(result: Loaded) -> list[str]:

@@ -36,7 +36,7 @@ from rigidpend.experiments.data import (
     as_bytes,
     declared,
     fields,
-    named,
+    fixed,
     text,
 )
 from rigidpend.machine import files
@@ -118,7 +118,7 @@ def finish(
 
 def _put(group: h5py.Group, layout: Layout, data: Tree) -> None:
     """Put the declared data into a group; KeyError if a required member is missing."""
-    needed = (name for name, (_, must) in named(layout).items() if must)
+    needed = (name for name, (_, must) in fixed(layout).items() if must)
     held = declared(layout, dict.fromkeys((*data, *needed)))
     for name, node in held.items():
         if isinstance(node, Field):

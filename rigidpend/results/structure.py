@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from h5py import h5a, h5d, h5g, h5i, h5l, h5o, h5s, h5t, h5z
 
-from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, members, named
+from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, fixed, members
 from rigidpend.machine.files import StoreError
 
 OBJECTS, NAME = 20_000, 200
@@ -73,7 +73,7 @@ class Checker:
 
     def _group(self, place: str, group: h5g.GroupID, layout: Layout, sizes: dict[str, int]) -> None:
         # Groups are followed only as deep as the layout is.
-        own, further = named(layout), members(layout)
+        own, further = fixed(layout), members(layout)
         # Only what the layout names may be in the root; elsewhere the whole file's bound counts.
         found = self._members(place, group, OBJECTS if place else len(own))
         inside = f"{place}/" if place else ""

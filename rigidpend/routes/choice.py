@@ -217,8 +217,8 @@ def by_maps(maps: Maps, *, sampled: bool = True) -> Decided:
         # Where doubles confirm half of a small sample they serve for a larger one too; more bits
         # take long. A part of a plane has its share of the sample; few orbits that take kept maps
         # have the small one alone.
-        few, size = spread(n, LEAST_SAMPLE), -(-SAMPLE * n // run.orbits)
-        rest = np.setdiff1d(spread(n, 0 if maps.only_kept else size), few)
+        few, size = sample_of(n, LEAST_SAMPLE), -(-SAMPLE * n // run.orbits)
+        rest = np.setdiff1d(sample_of(n, 0 if maps.only_kept else size), few)
         for sample, within in ((few, precisions[:2]), (rest, precisions[:1])):
             wrong, telling = contradicted(known, run.crossings, rate, within, sample)
             if wrong.size:
@@ -269,7 +269,7 @@ def _alarm(run: Run, wrong: NDArray[np.intp]) -> str:
     )
 
 
-def spread(n: int, size: int) -> NDArray[np.intp]:
+def sample_of(n: int, size: int) -> NDArray[np.intp]:
     """A sample of n columns, in ascending order: at least `size` of them, or all.
 
     It is spread evenly and not drawn by lot, so that every run has the same. Groups of neighbours

@@ -11,7 +11,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.exact import PRECISIONS, Exact
-from rigidpend.numbers.expressions import words
+from rigidpend.numbers.texts import words
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import Decided

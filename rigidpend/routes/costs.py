@@ -231,7 +231,7 @@ def very_deep(problem: RouteProblem) -> bool:
     return passage_rotations(problem) >= VERY_DEEP
 
 
-def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> bool:
+def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int]) -> bool:
     """True if integration begins in doubles and would take so long that maps may pay."""
     return precisions[0] == 53 and orbits * integration(problem, precisions) >= LEAST_SECONDS
 

@@ -12,8 +12,8 @@ from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, canonica
 from rigidpend.mechanics.equations import on_section, rounded_coefficients
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers import Array, Numbers
-from rigidpend.orbits.integrate.passages import crosses
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.integrate.step_crossings import crosses
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, context, exact
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.build import Design
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run

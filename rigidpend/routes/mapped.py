@@ -18,9 +18,9 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import costs, ladder

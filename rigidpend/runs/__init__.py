@@ -8,7 +8,7 @@ parts       checkpoints: an interrupted run continues from its finished parts
 provenance  the origin of a result: versions, commit, machine, code
 logs        progress and errors, stored beside the results
 cluster     parts computed by a Dask cluster
-regression  comparison of results with stored references
+references  stored results that fresh ones are compared with
 certificates  certificates of whole configs, stored while they are made
 certificate_files  certificates as files
 orbit_proofs  proofs that an orbit has a code, as files

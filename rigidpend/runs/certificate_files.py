@@ -19,9 +19,9 @@ from rigidpend.experiments.shared import arrays
 from rigidpend.machine import files
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.results import store
-from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, ORBIT_TERMS, Step
+from rigidpend.routes.certified.proof_data import ORBIT_BITS, ORBIT_STEPS, ORBIT_TERMS, Step
 
 SUFFIX = f"{CERTIFICATE}.h5"
 """Ending of a certificate's name, after the name of its result."""

@@ -19,7 +19,7 @@ from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.wording import counted, short
 from rigidpend.numbers.exact import Exact, exact
-from rigidpend.numbers.expressions import NO_SYMBOL, ExactError, as_written
+from rigidpend.numbers.texts import NO_SYMBOL, ExactError, as_written
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.codes import CertifiedCodes, Report

@@ -18,7 +18,7 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 from rigidpend.config.overrides import Setting
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import WRITTEN, ExperimentConfig
-from rigidpend.numbers import expressions
+from rigidpend.numbers.texts import everywhere
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic, resolve
 from rigidpend.runs import provenance
 
@@ -164,7 +164,7 @@ def _read(path: Path) -> Document:
         return reader.read(path)
     from rigidpend.results import store
 
-    stored = expressions.everywhere(store.load(path)["config"])
+    stored = everywhere(store.load(path)["config"])
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 

@@ -24,9 +24,9 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
-from rigidpend.routes.certified import coverings, pieces, sections
+from rigidpend.routes.certified import coverings, proof_data, sections
 from rigidpend.routes.certified.codes import Report
-from rigidpend.routes.certified.pieces import Source, Undecided
+from rigidpend.routes.certified.proof_data import Source, Undecided
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 
@@ -76,13 +76,13 @@ def prove(
     parts = [[*links, None][part.start : part.stop] for part in _parts(len(links))]
     arrays = _side_by_side(_made, (), parts, jobs, n, report)
     sources: list[Any] = [link.start for link in links]
-    line = pieces.packed_line(sources[0])
+    line = proof_data.packed_line(sources[0])
     data = {
-        "sets": pieces.packed_quads(sources[1:]),
+        "sets": proof_data.packed_quads(sources[1:]),
         "line": {name: line[name] for name in LAYOUT["line"]},
         "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
         # The last set of each part is made anew as the first one of the next part.
-        "proof": pieces.joined(arrays, [len(part) - 1 for part in parts]),
+        "proof": proof_data.joined(arrays, [len(part) - 1 for part in parts]),
     }
     code = "".join(map(str, found.symbols))
     of = {"experiment": "full_shift", "problem": stated, "code": code}
@@ -104,19 +104,19 @@ def check(file: Path, jobs: int, report: Report) -> str:
     stated, data = stored["config"], stored["data"]
     (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
     try:
-        shift, spread = pieces.unpacked_energies(data["energies"])
+        shift, spread = proof_data.unpacked_energies(data["energies"])
         # The energies may be any: the checker proves that those of the line's starts are among
         # them (C6).
         of = problem.body, problem.h0 + exact(shift), spread, problem.h0
-        line = pieces.unpacked_line(J1, data["line"])
-        sources = [line, *pieces.unpacked_quads(data["sets"])]
+        line = proof_data.unpacked_line(J1, data["line"])
+        sources = [line, *proof_data.unpacked_quads(data["sets"])]
         if len(sources) != len(code) + 1:
             raise ValueError(
                 f"a code of {counted(len(code), 'symbol')}, and {counted(len(sources) - 1, 'set')}"
             )
         parts = []
         for part in _parts(len(sources)):
-            proof = pieces.of_some(data["proof"], len(sources), part)
+            proof = proof_data.of_some(data["proof"], len(sources), part)
             parts.append((part.start, [*sources, None][part.start : part.stop], proof))
         proven = chain.from_iterable(_side_by_side(_checked, of, parts, jobs, len(code), report))
         # The first link is the line of starts, which has no symbol.
@@ -124,7 +124,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
             raise Undecided(f"the code is {symbols}")
         # The phases are bounded by the line's first polynomials, of source 0.
         numbers = sections.Numbers.of(*of)
-        [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
+        [begin] = proof_data.unpacked(proof_data.of_some(data["proof"], len(sources), range(1)), 1)
         low, high = sections.phases(numbers, line, begin)
     except (ValueError, Undecided) as error:
         raise files.StoreError(f"{file}: not proven: {short(error)}") from None
@@ -165,7 +165,7 @@ def _made(part: Sequence[Link | None], say: Report) -> dict[str, Any]:
     """The arrays of the polynomials of a part's links but the last one."""
     from rigidpend.routes.certified import chains
 
-    made = pieces.packed(chains.linked(part))
+    made = proof_data.packed(chains.linked(part))
     say("made")
     return made
 
@@ -174,7 +174,7 @@ def _checked(part: tuple[int, Sequence[Source | None], Mapping[str, Any]], *of: 
     """The symbols of a part's links; the last one is only covered."""
     *numbers, say = of
     first, sources, proof = part
-    orbits = zip(sources, pieces.unpacked(proof, len(sources)), strict=True)
+    orbits = zip(sources, proof_data.unpacked(proof, len(sources)), strict=True)
     links = [source and (source, steps) for source, steps in orbits]
     found = coverings.prove_chain(sections.Numbers.of(*numbers), links, first=first)
     say("checked")

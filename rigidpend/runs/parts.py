@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rigidpend.machine import cache, files
 from rigidpend.machine.workers import ahead, check_stop, worth_processes
 
-# Plans use `sweep`, and must not import numpy.
+# Plans use `remove_leftovers`, and must not import numpy.
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Tree
@@ -81,7 +81,7 @@ class Parts:
     def drop(self) -> None:
         """Remove all parts, and those of other fingerprints that were left behind."""
         shutil.rmtree(self._folder, ignore_errors=True)
-        _sweep_parts(self._whole)
+        _remove_old(self._whole)
 
     def _path(self, name: str) -> Path:
         return self._folder / f"{name}.kept"
@@ -137,17 +137,17 @@ def _filled(node: Any, file: io.BytesIO) -> Any:
     return np.load(file)[()] if node is None else node
 
 
-def sweep(target: Path) -> None:
+def remove_leftovers(target: Path) -> None:
     """Remove files and parts that killed runs left beside a finished result some time ago."""
-    files.sweep(target)
-    _sweep_parts(_folder(target))
+    files.remove_leftovers(target)
+    _remove_old(_folder(target))
 
 
 def _folder(target: Path) -> Path:
     return target.with_name(f".{target.stem}.parts")
 
 
-def _sweep_parts(whole: Path) -> None:
+def _remove_old(whole: Path) -> None:
     """Remove folders of parts to which no run has added for long, and folders left empty."""
     with contextlib.suppress(OSError):
         for folder in () if whole.is_symlink() else whole.iterdir():

@@ -17,7 +17,7 @@ from rigidpend.machine import files, wording
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
 from rigidpend.runs import provenance
-from rigidpend.runs.parts import Parts, sweep
+from rigidpend.runs.parts import Parts, remove_leftovers
 
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
@@ -76,7 +76,7 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
     else:
         known, reason = _compared(target, fingerprint, config)
     if not reason:
-        sweep(target)
+        remove_leftovers(target)
     same = known.get("config_hash") == fingerprint["config_hash"]
     seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
     return Plan(config, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)

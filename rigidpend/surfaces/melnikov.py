@@ -65,29 +65,25 @@ def decay(nu: Any, m: Elementary = np) -> Any:
     return -2 * nu * m.exp(-nu) / m.expm1(-2 * nu)
 
 
-def delta(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
+def delta(motion: SeparatrixMotion, p: Angles, m: Elementary) -> Any:
     """Phase lag delta = theta1/2 +- kappa v/sin(alpha0), radians; + on separatrices 2 and 4."""
     lag = p.nu / m.pi * v(motion, m)
     return theta1(motion.number, p, m) / 2 + direction(motion.number) * lag
 
 
-def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
+def zeros(problem: RouteProblem) -> tuple[float, ...]:
     """Phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes, in ascending order.
 
     They are +-k pi/2 - delta, k = 1, 3, ..., with :func:`delta` for the orbit that has the
-    problem's J1_0 and J2_0 at theta2_0, correctly rounded. For separatrices 1 and 3 in the Hess
-    case there are none: the separatrix does not split, and the integral is zero at all phases.
-
-    Orbits of route codes start on separatrix 2. Their first symbol is 1 where
-    cos(delta + theta2_0) > 0, up to O(mu) and :func:`missed`.
+    problem's J1_0 and J2_0 at theta2_0, correctly rounded. Orbits of route codes start on
+    separatrix 2. Their first symbol is 1 where cos(delta + theta2_0) > 0, up to O(mu) and
+    :func:`missed`.
     """
-    if number % 2 and "Hess" in problem.body.special_cases:
-        return ()
     # For a tiny J1_0 the lag is many turns. The remainder takes them off, and their bits with them.
     bits = 113 + GUARD_BITS
     m, p = context(bits), problem.body.angles(bits)
     J1, J2 = problem.J1_0.at(bits), problem.J2_0(bits)
-    lag = delta(SeparatrixMotion(number, J1, J2 - J1, 0), p, m)
+    lag = delta(SeparatrixMotion(2, J1, J2 - J1, 0), p, m)
     found = (float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
     # A remainder just below 2 pi may round to the double 2 pi, which is phase 0.
     return tuple(sorted(x if x < math.tau else 0.0 for x in found))

@@ -20,7 +20,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import Exact, context
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.precision import Precision
 from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.surface_orbits import (
     J2_0,

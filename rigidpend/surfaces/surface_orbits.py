@@ -19,7 +19,7 @@ from rigidpend.numbers import Numbers, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.states import first_crossings
-from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
+from rigidpend.orbits.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.surfaces.melnikov import delta
 
 LONGEST_WAIT = 4

@@ -26,8 +26,8 @@ BEGUN = {
     "--decimals": "routes.symbolic.follow.round_phases",
     "certify": "runs.certificates.certify",
     "--check": "runs.certificates.check",
-    "verify": "runs.regression.verify",
-    "reference": "runs.regression.renew",
+    "verify": "runs.references.verify",
+    "reference": "runs.references.renew",
 }
 """Words of examples that compute: run up to that function, they have tests of their own."""
 

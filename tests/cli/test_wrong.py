@@ -29,7 +29,7 @@ from rigidpend.numbers.exact import ExactError
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.routes.certainty import Contradiction
-from rigidpend.routes.certified.pieces import Undecided
+from rigidpend.routes.certified.proof_data import Undecided
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner

@@ -51,6 +51,22 @@ def rigidpend(house: Path, *commands: str) -> list[tuple[int, str]]:
 
 
 @pytest.mark.slow
+def test_it_keeps_the_style_and_the_contract(house: Path) -> None:
+    """Imports in their order, and what every experiment offers: as it would be asked for here."""
+    shutil.copy(ROOT / "pyproject.toml", house)
+    shutil.copy(ROOT / "tests" / "experiments" / "test_contract.py", house)
+    pages = [str(house / name) for name in FILES if name.endswith(".py")]
+    asked = ["-k", "rotation", "--noconftest", "-p", "no:cacheprovider"]
+    for words in (
+        ["ruff", "check", *pages],
+        ["ruff", "format", "--check", *pages],
+        ["pytest", "-q", "-c", "pyproject.toml", "test_contract.py", *asked],
+    ):
+        done = python(house, "-m", *words, env={**UNTRACED, "PYTHONPATH": str(house)})
+        assert done.returncode == 0, f"{words}: {done.stdout}{done.stderr}"
+
+
+@pytest.mark.slow
 def test_it_runs_is_drawn_and_reported(house: Path) -> None:
     (made, said), refused, (reported, _) = rigidpend(
         house, "run rotation", "run rotation --set problem.h0=[1, 0.0005]", "report"

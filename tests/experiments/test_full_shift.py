@@ -23,11 +23,11 @@ from rigidpend.routes.certified import (
     family_orbits,
     horseshoe,
     passages,
-    pieces,
+    proof_data,
     sections,
     start_lines,
 )
-from rigidpend.routes.certified.pieces import FamilyStep, Undecided
+from rigidpend.routes.certified.proof_data import FamilyStep, Undecided
 from tests.experiments.trees import asked, reference
 
 SEARCHED = "problem.half_turns=null"
@@ -260,7 +260,7 @@ def test_behind_an_approach_phases_are_told_and_no_numbers_of_starts(
     data: Any, believed: dict[str, Mock], approached: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """There may be several starts of one code: of the crossed sets no cones are asked."""
-    monkeypatch.setattr(pieces, "unpacked", lambda _, n: [[None]] * n)
+    monkeypatch.setattr(proof_data, "unpacked", lambda _, n: [[None]] * n)
     monkeypatch.setattr(sections, "phases", lambda *_: (1.0, 2.0))
     before = {"approach": data["sets"]} if approached else {}
     found = proof.checked(asked("full_shift"), data | before)

@@ -12,7 +12,7 @@ import pytest
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine.progress import PartDone
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
 from rigidpend.routes.problem import RouteProblem

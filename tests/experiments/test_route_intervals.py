@@ -14,8 +14,8 @@ from rigidpend.experiments.route_intervals import compute, draw
 from rigidpend.experiments.route_intervals.compute import contradictions
 from rigidpend.machine.files import StoreError
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.routes.certified import interval_search, intervals, pieces
+from rigidpend.numbers.texts import NO_SYMBOL
+from rigidpend.routes.certified import interval_search, intervals, proof_data
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
@@ -78,7 +78,7 @@ def proven() -> list[ProvenInterval]:
     """What the reference proves of each of its intervals."""
     data = shared_reference("fig4_intervals")["data"]
     every = compute.unpacked(data["intervals"])
-    steps = pieces.unpacked(data["proof"], len(every))
+    steps = proof_data.unpacked(data["proof"], len(every))
     symbols = [[bool(x) for x in code if x != NO_SYMBOL] for code in data["intervals"]["codes"].T]
     return [ProvenInterval(*each) for each in zip(every, symbols, steps, strict=True)]
 

@@ -12,7 +12,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.experiments.route_map.draw import tables
 from rigidpend.machine import files
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import choice, costs
 from rigidpend.routes.cells import Cells, cells_of_starts
@@ -205,7 +205,7 @@ def test_tiles_share_what_they_can_and_have_every_cell_once(
 def test_cells_are_in_their_places_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
     each = np.arange(20, dtype=np.uint8)
     cells = Cells(np.array([each, each + 20, each + 40]), each, each % 3 == 0)
-    monkeypatch.setattr(route_map, "cells_of", Mock(return_value=cells))
+    monkeypatch.setattr(route_map, "row_by_row", Mock(return_value=cells))
     found = computed(content())
     for name in ("codes", "certain", "by_map"):
         want = getattr(cells, name)
@@ -227,7 +227,7 @@ def test_tiles_are_kept_and_none_is_computed_twice(
     given = content(ONE_ZOOM)
     assert not differences("route_map", data, computed(given, pieces=pieces))
     assert len(kept) == 4
-    monkeypatch.setattr(route_map, "cells_of", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr(route_map, "row_by_row", lambda *_: pytest.fail("computed again"))
     assert not differences("route_map", data, computed(given, pieces=pieces))
 
 

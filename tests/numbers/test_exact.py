@@ -23,7 +23,7 @@ from rigidpend.numbers.exact import (
     fraction,
     function,
 )
-from rigidpend.numbers.expressions import as_written, everywhere, named, shown
+from rigidpend.numbers.texts import as_written, everywhere, named, shown
 from tests.strategies import examples
 
 RATIONAL: list[tuple[Any, Fraction]] = [

@@ -393,14 +393,14 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
     ],
 )
 def test_what_is_certain_of_a_sample_is_contradicted(n: int, size: int, sample: list[int]) -> None:
-    spread = choice.spread(n, size)
-    assert spread.tolist() == sample
+    chosen = choice.sample_of(n, size)
+    assert chosen.tolist() == sample
     seen = whole(53, Scales(), range(n))
     # The second of two symbols is another one.
     seen.separatrix[2] = 1
     for sure, wrong in ((True, sample), (False, [])):
         known = known_of(seen, np.full((2, n), sure))
-        found, telling = choice.contradicted(known, whole, 1.0, (53,), spread)
+        found, telling = choice.contradicted(known, whole, 1.0, (53,), chosen)
         assert found.tolist() == wrong
         assert telling != sure
 
@@ -456,7 +456,7 @@ def test_where_doubles_tell_little_the_small_sample_is_all(
     monkeypatch.setattr(choice, "contradicted", compared)
     codes.codes_of(PROBLEM, PHASES[:100], resolve(None, None, (53, 106)), 1, "map")
     seen = np.concatenate([given.args[-1] for given in compared.call_args_list])
-    assert sorted(seen) == choice.spread(100, sampled).tolist()
+    assert sorted(seen) == choice.sample_of(100, sampled).tolist()
 
 
 FEW = np.linspace(0.5, 6, 10)

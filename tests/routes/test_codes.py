@@ -12,7 +12,7 @@ from rigidpend.machine import workers
 from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
     FINEST_TOLERANCE,

@@ -14,7 +14,7 @@ from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.numbers.exact import ExactError, context, exact
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.precision import precision
 from rigidpend.routes.certainty import FIRST_SCALES, SCALES, SECOND_SCALES
 from rigidpend.routes.map_start import start_Qp
 from rigidpend.routes.phases import FAR, Grid, Phases, turned

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.machine.progress import tell_nobody
-from rigidpend.runs import loading, regression, runner
+from rigidpend.runs import loading, references, runner
 from tests.config.samples import SMALL, written
 
 
@@ -16,7 +16,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     desk = tmp_path_factory.mktemp("made")
     (desk / "configs").mkdir()
     loaded = loading.load(written(desk / "configs", SMALL, "small.yaml"))
-    regression.renew(loaded, desk / "results" / "reference" / "small.h5", "first", jobs=1)
+    references.renew(loaded, desk / "results" / "reference" / "small.h5", "first", jobs=1)
     runner.run(runner.plan(loaded, desk / "results"), jobs=1, report=tell_nobody)
     return desk
 

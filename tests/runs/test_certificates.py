@@ -19,7 +19,7 @@ from rigidpend.notebook import StoredResult
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
-from rigidpend.routes.certified.pieces import ORBIT_STEPS, Step
+from rigidpend.routes.certified.proof_data import ORBIT_STEPS, Step
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import certificates, cluster, loading
 from scripts import check_certificate

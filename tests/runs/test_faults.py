@@ -15,7 +15,7 @@ from unittest.mock import Mock
 import pytest
 
 from rigidpend.machine import files
-from rigidpend.runs import loading, regression, runner
+from rigidpend.runs import loading, references, runner
 from tests.attacks import lot
 from tests.cli.calls import UNTRACED, call, started
 from tests.config.samples import ZOOM, written
@@ -50,7 +50,7 @@ def same(folder: Path, undisturbed: Path) -> None:
     """The folder holds exactly the result, and that is the undisturbed one, by value."""
     assert content(folder) == ["zoom.h5"]
     loaded = loading.load(undisturbed.parent.parent / "zoom.yaml")
-    assert regression.verify(loaded, undisturbed, jobs=1, fresh=folder / "zoom.h5") == []
+    assert references.verify(loaded, undisturbed, jobs=1, fresh=folder / "zoom.h5") == []
 
 
 LASTS = 1.6

@@ -16,8 +16,8 @@ import pytest
 
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.routes.certified import chains, coverings, pieces, sections
-from rigidpend.routes.certified.pieces import Undecided
+from rigidpend.routes.certified import chains, coverings, proof_data, sections
+from rigidpend.routes.certified.proof_data import Undecided
 from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_coverings, check_series
 from scripts import check_orbit as script
@@ -161,14 +161,14 @@ def test_what_is_changed_proves_nothing(
 
 def test_steps_of_some_sets_are_those_of_all() -> None:
     proof = reference("full_shift")["data"]["proof"]
-    parts = [pieces.of_some(proof, 5, range(*ends)) for ends in ((0, 2), (2, 5))]
-    assert [x for p, n in zip(parts, (2, 3), strict=True) for x in pieces.unpacked(p, n)] == (
-        pieces.unpacked(proof, 5)
+    parts = [proof_data.of_some(proof, 5, range(*ends)) for ends in ((0, 2), (2, 5))]
+    assert [x for p, n in zip(parts, (2, 3), strict=True) for x in proof_data.unpacked(p, n)] == (
+        proof_data.unpacked(proof, 5)
     )
-    joined = pieces.joined(parts, (2, 3))
+    joined = proof_data.joined(parts, (2, 3))
     assert all(np.array_equal(joined[name], proof[name]) for name in joined)
     with pytest.raises(ValueError, match="other terms than are stored"):
-        pieces.of_some({**proof, "terms": proof["terms"] + 1}, 5, range(1))
+        proof_data.of_some({**proof, "terms": proof["terms"] + 1}, 5, range(1))
 
 
 @pytest.mark.parametrize("end", [True, False])

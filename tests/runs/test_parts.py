@@ -20,7 +20,7 @@ from rigidpend.experiments.data import Tree
 from rigidpend.machine import cache, files, signals, workers
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.files import StoreError
-from rigidpend.runs.parts import Parts, packed, sweep, unpacked
+from rigidpend.runs.parts import Parts, packed, remove_leftovers, unpacked
 
 PART: Tree = {
     "inner": {"x": np.array([1.5, np.nan])},
@@ -126,7 +126,7 @@ def test_a_run_that_finds_its_parts_gone_keeps_new_ones(target: Path) -> None:
     assert len(two) == 1
 
 
-@pytest.mark.parametrize("remove", [sweep, lambda target: Parts(target, "a").drop()])
+@pytest.mark.parametrize("remove", [remove_leftovers, lambda target: Parts(target, "a").drop()])
 @pytest.mark.parametrize("age", [files.DAY - 60, files.DAY + 60])
 def test_parts_of_another_fingerprint_go_once_no_run_has_added_to_them_for_long(
     target: Path, remove: Callable[[Path], None], age: float
@@ -143,7 +143,7 @@ def test_old_folders_elsewhere_to_which_a_link_leads_are_left(target: Path) -> N
     folder = kept(target).parent
     os.utime(folder, (0, 0))
     folder.parent.symlink_to(folder.parent.rename(target.parent / "elsewhere"))
-    sweep(target)
+    remove_leftovers(target)
     assert folder.is_dir()
 
 

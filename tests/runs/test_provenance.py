@@ -157,17 +157,17 @@ def test_two_threads_never_parse_code_at_the_same_time(
 
 
 def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
-    names = experiments.names()
-    # Some of them: each takes as long as a start of the program.
-    told = python(Path.cwd(), "-c", IMPORTED, *names[::6]).stdout
+    # Some that prove nothing: each takes as long as a start of the program.
+    some = "asymptotic_orbits", "herpolhodes", "route_map"
+    told = python(Path.cwd(), "-c", IMPORTED, *some).stdout
     for experiment, origins in json.loads(told).items():
         folder = code_hash.inside("experiments", experiment)
         parts = [folder / f"{part}.py" for part in ("schema", "compute")]
         counted = set(code_hash.needed(parts))
         reached = {Path(x).relative_to(code_hash.PACKAGE).as_posix() for x in origins if x}
-        assert len(reached) > 30
+        assert f"experiments/{experiment}/compute.py" in reached
         assert reached <= counted
-        others = [f"experiments/{name}/" for name in names if name != experiment]
+        others = [f"experiments/{name}/" for name in experiments.names() if name != experiment]
         apart = ("cli/", "render/", "routes/certified/", "notebook.py", *others)
         assert not [x for x in counted if x.startswith(apart) or x.endswith(DRAWING)]
 

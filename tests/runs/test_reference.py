@@ -10,10 +10,10 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments.compare import Difference
-from rigidpend.experiments.data import Field, Layout, fields, members, named
+from rigidpend.experiments.data import Field, Layout, fields, fixed, members
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
-from rigidpend.runs import loading, regression
+from rigidpend.runs import loading, references
 from tests.cli.calls import REFERENCE, call
 from tests.config.samples import SMALL, written
 from tests.experiments import trees
@@ -101,7 +101,7 @@ def ceiling(name: str, place: tuple[str, ...]) -> float:
 
 def single(stored: Any, layout: Layout) -> Any:
     """Of groups that are of one kind the first: what is declared of one is declared of all."""
-    nodes = {name: node for name, (node, _) in named(layout).items()}
+    nodes = {name: node for name, (node, _) in fixed(layout).items()}
     if further := members(layout):
         nodes |= dict.fromkeys([x for x in stored if x not in nodes][:1], further[1])
     return {
@@ -191,4 +191,4 @@ def test_a_reference_is_renewed_with_a_reason_which_is_kept_with_those_before(
     assert [text.partition(" ")[2] for text in reasons] == ["it was damaged", "a better tolerance"]
     for text in reasons:
         datetime.date.fromisoformat(text.partition(" ")[0])
-    assert regression.verify(loading.load(tmp_path / "small.yaml"), target, jobs=1) == []
+    assert references.verify(loading.load(tmp_path / "small.yaml"), target, jobs=1) == []

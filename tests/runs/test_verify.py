@@ -17,7 +17,7 @@ from rigidpend.experiments.shared import TIME_GAP, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem, phase_rate
-from rigidpend.runs import certificate_files, loading, regression
+from rigidpend.runs import certificate_files, loading, references
 from tests.cli.calls import Done, call
 from tests.config.samples import changed
 
@@ -45,7 +45,7 @@ def test_a_recomputed_and_a_read_result_are_the_same_and_files_are_left_as_they_
     done = called(*READ)
     assert (done.returncode, done.stderr, done.stdout) == (0, "", SAME)
     config, stored = loading.load(Path("configs/small.yaml")), Path("results/reference/small.h5")
-    assert regression.verify(config, stored, jobs=1, report=lines.append) == []
+    assert references.verify(config, stored, jobs=1, report=lines.append) == []
     assert any(line.startswith("only: 5 orbits") for line in lines)
     assert list(state()) == before
 
@@ -152,7 +152,7 @@ def test_the_certificate_is_that_beside_the_result_that_is_read(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(certificate_files, "beside", beside := Mock(return_value=None))
-    monkeypatch.setattr(regression, "verify", Mock(return_value=[]))
+    monkeypatch.setattr(references, "verify", Mock(return_value=[]))
     for given in (READ, READ[:1]):
         assert called(*given).returncode == 0
     asked = [str(call.args[0]) for call in beside.call_args_list]

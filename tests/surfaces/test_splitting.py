@@ -13,7 +13,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, energy
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.precision import precision
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.heteroclinic import START, beginning
 from rigidpend.surfaces.splitting import MOST_HARMONICS, derivative, distance, harmonics, measure

@@ -18,9 +18,9 @@ from rigidpend.orbits import columns
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.looks import Rough, first_look, whole_reach
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import samples

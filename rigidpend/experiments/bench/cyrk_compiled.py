@@ -24,8 +24,8 @@ solve = njit(nogil=True, no_cpython_wrapper=True)(nbsolve2_ivp.py_func)
 
 
 @functools.cache
-def address(body: Body) -> int:
-    """The address of the compiled field."""
+def field_pointer(body: Body) -> int:
+    """The place in memory of the compiled field."""
     found: int = nb_diffeq_addr(flat(body))
     return found
 

@@ -245,10 +245,10 @@ def _zeros(there: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: A
 
 def compiled(task: Task, tolerance: float, method: str) -> Callable[[], Array]:
     """CyRK; its module here imports CyRK at once, and is therefore imported late."""
-    from rigidpend.experiments.bench.cyrk_compiled import address, crossings
+    from rigidpend.experiments.bench.cyrk_compiled import crossings, field_pointer
 
     orbits, wanted = np.ascontiguousarray(task.states.T), task.problem.n_symbols + 1
-    given = address(task.problem.body), orbits, wanted, task.end, method, tolerance
+    given = field_pointer(task.problem.body), orbits, wanted, task.end, method, tolerance
     return lambda: crossings(*given).T
 
 

@@ -11,7 +11,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import attributes
 from rigidpend.machine.progress import PartDone
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,

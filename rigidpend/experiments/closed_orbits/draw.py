@@ -11,7 +11,7 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, beside, title
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers import Array
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 LEAST, APART = 4, 4
 """Least width for the marks of one length, and the space between two lengths, in marks."""

@@ -13,7 +13,7 @@ from rigidpend.experiments.exponents.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.return_map import MapError
 from rigidpend.routes import choice
 from rigidpend.routes.cells import actions, cells_of_starts

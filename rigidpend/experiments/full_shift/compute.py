@@ -16,10 +16,10 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.experiments.shared import attributes, rational
 from rigidpend.machine.workers import note
 from rigidpend.numbers import Array
-from rigidpend.routes.certified import pieces, sections
+from rigidpend.routes.certified import proof_data, sections
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.pieces import FamilyStep, Quad
+from rigidpend.routes.certified.proof_data import FamilyStep, Quad
 
 # What finds a proof is imported where one is sought: a proof is checked without it.
 if TYPE_CHECKING:
@@ -162,14 +162,14 @@ def _offered(
     starts: Any = links[0].start
     before: Any = [link.start for link in links[1:]]
     data: dict[str, Any] = {
-        "sets": pieces.packed_quads(sets),
-        "line": pieces.packed_line(starts),
-        "proof": pieces.packed(orbits),
+        "sets": proof_data.packed_quads(sets),
+        "line": proof_data.packed_line(starts),
+        "proof": proof_data.packed(orbits),
     }
     if (of := links[0].setting).spread:
-        data["energies"] = pieces.packed_energies(of.shift, of.spread, sets, starts)
+        data["energies"] = proof_data.packed_energies(of.shift, of.spread, sets, starts)
     if before:
-        data["approach"] = pieces.packed_quads(before)
+        data["approach"] = proof_data.packed_quads(before)
     return data
 
 

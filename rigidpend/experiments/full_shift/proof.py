@@ -10,10 +10,10 @@ from rigidpend.experiments.data import Data
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.experiments.shared import rational
 from rigidpend.numbers.exact import Exact, exact
-from rigidpend.routes.certified import connections, coverings, pieces, sections
+from rigidpend.routes.certified import connections, coverings, proof_data, sections
 from rigidpend.routes.certified.coverings import Relation
 from rigidpend.routes.certified.passages import Reached
-from rigidpend.routes.certified.pieces import Followed, Undecided
+from rigidpend.routes.certified.proof_data import Followed, Undecided
 
 
 class Proven(NamedTuple):
@@ -42,11 +42,11 @@ def checked(config: Config, data: Data) -> Proven:
     used, no margins. Undecided where Theorems 1 and 2 are not shown; the text says why.
     """
     energies, approach = data.get("energies"), data.get("approach")
-    sets = pieces.unpacked_quads(data["sets"], energies)
-    before = pieces.unpacked_quads(approach) if approach else []
-    numbers = _numbers(config, *pieces.unpacked_energies(energies))
-    orbits = pieces.unpacked(data["proof"], len(sets) + 1 + len(before))
-    starts = pieces.unpacked_line(rational(config.problem.J1_0), data["line"], energies)
+    sets = proof_data.unpacked_quads(data["sets"], energies)
+    before = proof_data.unpacked_quads(approach) if approach else []
+    numbers = _numbers(config, *proof_data.unpacked_energies(energies))
+    orbits = proof_data.unpacked(data["proof"], len(sets) + 1 + len(before))
+    starts = proof_data.unpacked_line(rational(config.problem.J1_0), data["line"], energies)
     arrivals, relations = coverings.prove(numbers, sets, orbits[: len(sets)])
     links: list[Followed] = list(zip([starts, *before], orbits[len(sets) :], strict=True))
     start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)

@@ -11,7 +11,7 @@ from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, TURNS, direction, separatrix_theta1
 from rigidpend.numbers import Array
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 
 def compute(config: Config, means: Means) -> Tree:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from rigidpend.experiments.data import Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, arrow, beside, entry, separatrix_ticks
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 PANEL = (0.085, 0.33, 0.845, 0.57)
 """Left, bottom, width and height of the panel, in parts of the figure."""

@@ -4,7 +4,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from rigidpend.config.bodies import WeightedBodies, one_of
+from rigidpend.config.bodies import WeightedBodies, check_drawn
 from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number
 
 
@@ -16,7 +16,7 @@ class Problem(WeightedBodies):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        one_of("drawn", "mu", self.drawn, self.mu)
+        check_drawn("mu", self.drawn, self.mu)
         return self
 
 

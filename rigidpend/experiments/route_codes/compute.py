@@ -12,7 +12,7 @@ from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_codes.schema import Config, Problem
 from rigidpend.machine import progress
 from rigidpend.machine.wording import counted
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits import joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes.choice import expected_seconds

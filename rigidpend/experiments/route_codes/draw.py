@@ -14,7 +14,7 @@ from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""

@@ -19,13 +19,13 @@ from rigidpend.machine import progress
 from rigidpend.machine.wording import counted
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.exact import Exact, context
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified import intervals as lines
-from rigidpend.routes.certified import pieces
+from rigidpend.routes.certified import proof_data
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
-from rigidpend.routes.certified.pieces import FamilyStep, Undecided
+from rigidpend.routes.certified.proof_data import FamilyStep, Undecided
 from rigidpend.routes.phases import DOUBLED, angle
 
 FIRST = 5
@@ -60,7 +60,7 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
         for name in INTERVALS
     }
     sizes = [len(tree["intervals"]["place"]) for tree in trees]
-    proof = pieces.joined([tree["proof"] for tree in trees], sizes)
+    proof = proof_data.joined([tree["proof"] for tree in trees], sizes)
     if not len(proof["family"]):
         raise ArithmeticError("undecided: no symbol is proven on any interval")
     shares = shares_of(unpacked(intervals), intervals["codes"])
@@ -123,7 +123,7 @@ def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
         "depth": np.array([each.interval.depth for each in found]),
         "codes": codes,
     }
-    return {"intervals": intervals, "proof": pieces.packed([each.pieces for each in found])}
+    return {"intervals": intervals, "proof": proof_data.packed([each.pieces for each in found])}
 
 
 def unpacked(intervals: Data) -> list[PhaseInterval]:
@@ -168,7 +168,7 @@ def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
         (codes[:-1] == NO_SYMBOL) & (codes[1:] != NO_SYMBOL)
     ):
         raise ValueError("a symbol is not 0 or 1, or follows one that is not proven")
-    orbits = pieces.unpacked(data["proof"], len(every))
+    orbits = proof_data.unpacked(data["proof"], len(every))
     shares = shares_of(every, codes)
     # Both are exact fractions rounded to doubles, so that they must be equal.
     if [float(x) for x in shares] != data["shares"].tolist():

@@ -18,7 +18,7 @@ from rigidpend.experiments.data import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers import Array
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice, costs
 from rigidpend.routes.cells import (
@@ -157,12 +157,12 @@ def tiled(
 
 def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
     """The cells of some rows and columns."""
-    found, shape = cells_of(x, y, problem, arithmetic, jobs), (y.size, x.size)
+    found, shape = row_by_row(x, y, problem, arithmetic, jobs), (y.size, x.size)
     certain, by_map = found.certain.reshape(shape), found.by_map.reshape(shape)
     return {"codes": found.codes.reshape(-1, *shape), "certain": certain, "by_map": by_map}
 
 
-def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
+def row_by_row(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
     """The cells, row by row."""
     shares = _shares_maps(problem)
     if shares:

@@ -66,7 +66,7 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def words(codes: NDArray[np.uint8]) -> Array:
+def shades(codes: NDArray[np.uint8]) -> Array:
     """Words as numbers between 0 and 1, neighbours along a Gray code: (rows, columns).
 
     A word's number is the middle of those of all words that begin with it. In a Gray code a symbol
@@ -84,7 +84,7 @@ def words(codes: NDArray[np.uint8]) -> Array:
 def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     x, y, codes = plane["x"], plane["y"], plane["codes"]
     extent = *plots.cell_ends(x), *plots.cell_ends(y)
-    plots.draw_cells(axes, x, y, words(codes), cmap=SHADES, vmin=0, vmax=1)
+    plots.draw_cells(axes, x, y, shades(codes), cmap=SHADES, vmin=0, vmax=1)
     plots.draw_changes(axes, x, y, codes)
     row, column = np.nonzero(plane["certain"] < len(codes))
     if row.size:

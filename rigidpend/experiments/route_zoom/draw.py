@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.texts import NO_SYMBOL
 
 NEW = ("#A04000", "#FFD0A0")
 """Colours of symbols 0 and 1 that differ from those of the previous array."""

@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigidpend.config.bodies import WeightedBodies, one_of
+from rigidpend.config.bodies import WeightedBodies, check_drawn
 from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, Word
 
 
@@ -18,7 +18,7 @@ class Problem(WeightedBodies):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        one_of("drawn", "body", self.drawn, self.bodies)
+        check_drawn("body", self.drawn, self.bodies)
         return self
 
 

@@ -189,7 +189,7 @@ routes = partial(codes_of, use_kept=True)
 
 
 def route_crossings(
-    problem: RouteProblem, phases: Sequence[Any], jobs: int, bits: int, engine: str = "taylor"
+    problem: RouteProblem, phases: Sequence[Any], jobs: int, bits: int, engine: str
 ) -> Crossings:
     """The crossings of a route problem in one precision of 64 bits or more, in t'.
 

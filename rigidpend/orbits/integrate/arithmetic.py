@@ -7,7 +7,7 @@ from typing import NamedTuple
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS, Exact
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.texts import named
 
 ENGINES = ("taylor", "scipy")
 DEFAULT_ENGINE = ENGINES[0]

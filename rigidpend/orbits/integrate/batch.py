@@ -30,7 +30,7 @@ from rigidpend.orbits.integrate.arithmetic import bits_of_numbers
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, lanes_for
-from rigidpend.orbits.integrate.passages import (
+from rigidpend.orbits.integrate.step_crossings import (
     UNDECIDED,
     crosses,
     crossings_of_series,

@@ -21,7 +21,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.orbits.integrate import in_unit
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
-from rigidpend.orbits.integrate.passages import crossings_of_series
+from rigidpend.orbits.integrate.step_crossings import crossings_of_series
 
 NATS_PER_ORDER = 1.2
 """Nats by which an order reduces the error: the cheapest of 1.0 to 2.4, from 448 to 704 bits.
@@ -77,7 +77,7 @@ class IntegerStep(NamedTuple):
         return (*(x * self.unit for x in there[:3]), *there[3:])
 
     def crossings(self, length: int, depth: float) -> Iterator[tuple[float, int]]:
-        """`passages.crossings_of_series` on the step up to `length`, decided in integers.
+        """`step_crossings.crossings_of_series` on the step up to `length`, decided in integers.
 
         `depth` is the depth up to which a touch of M3 = 0 is not decided, relative to |M|.
         """

@@ -13,7 +13,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers import Array
 from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
-from rigidpend.orbits.integrate.passages import crosses
+from rigidpend.orbits.integrate.step_crossings import crosses
 
 SIDE_BY_SIDE = 64
 """Number of orbits in one system, all of which take the step of the most demanding orbit."""

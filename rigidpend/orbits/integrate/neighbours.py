@@ -19,8 +19,8 @@ from rigidpend.numbers import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits, in_turn, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.batch import written
-from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, summed
+from rigidpend.orbits.integrate.step_crossings import TOUCH, UNDECIDED, crossings_of_series
 
 LARGE = 2.0**-4
 """Size of a difference, relative to the state, from which on the orbit is followed alone.

@@ -32,7 +32,7 @@ from rigidpend.orbits import joined
 from rigidpend.orbits.integrate import Crossings, Orbits, in_turn, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS, in_kernel, rung
 from rigidpend.orbits.integrate.batch import advance, written
-from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series, touch
+from rigidpend.orbits.integrate.step_crossings import TOUCH, UNDECIDED, crossings_of_series, touch
 
 BLOCK = 8
 """Number of steps that are taken at a time, all in one precision."""

@@ -61,7 +61,6 @@ last corrections, which are made in the full precision.
 
 Parts
 -----
-precision     numbers of any precision in arrays
 expansions    Fourier and Chebyshev expansions
 jets          power series in two variables
 reduced       the reduced equations beside the upper periodic orbit

@@ -16,6 +16,14 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits import M_UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.precision import (
+    MOST_IN_PAIRS,
+    MOST_IN_TRIPLES,
+    Precision,
+    in_sums,
+    precision,
+    rounded,
+)
 from rigidpend.orbits.return_map.charts import Arcs, Charts, section_charts
 from rigidpend.orbits.return_map.checks import Errors, measured
 from rigidpend.orbits.return_map.expansions import Interval
@@ -25,14 +33,6 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal
 from rigidpend.orbits.return_map.orders import Orders, building_seconds, orders
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_point
-from rigidpend.orbits.return_map.precision import (
-    MOST_IN_PAIRS,
-    MOST_IN_TRIPLES,
-    Precision,
-    in_sums,
-    precision,
-    rounded,
-)
 from rigidpend.orbits.return_map.program import Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 

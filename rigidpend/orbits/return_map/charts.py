@@ -24,12 +24,12 @@ import numpy as np
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers import Scalar
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import Precision, correction, precision, rounded
 from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import gauss
 from rigidpend.orbits.return_map.midline import NONE, Layer, Midlines
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, rotation_rate, state_of
-from rigidpend.orbits.return_map.precision import Precision, correction, precision, rounded
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
 from rigidpend.orbits.return_map.tables import (
     FORWARD_POWER,

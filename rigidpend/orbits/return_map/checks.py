@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.orbits.precision import Precision
 from rigidpend.orbits.return_map.charts import Arcs, Chart, Charts, invariants, section_chart
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
-from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.tables import ChartTable, Looked
 
 LEVELS = 16

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
+from rigidpend.orbits.precision import Precision, correction, precision, product
 from rigidpend.orbits.return_map.expansions import fourier_basis, grouped, in_blocks
 from rigidpend.orbits.return_map.normal_form import GUARD_SHARE, MapError, NormalForm, powers
-from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 
 MOST_ITERATIONS = 12
 """Largest number of corrections with all terms; each doubles the digits if the series converge."""

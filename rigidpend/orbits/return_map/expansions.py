@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
-from rigidpend.orbits.return_map.precision import Precision, product
+from rigidpend.orbits.precision import Precision, product
 
 AT_ONCE = 1024
 """Number of points that are worked on together, so few that their arrays stay in a core's cache."""

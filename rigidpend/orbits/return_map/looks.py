@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.orbits.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.orbits.return_map.charts import (
     Arcs,
     arc_ends,
@@ -25,7 +26,6 @@ from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
 from rigidpend.orbits.return_map.midline import Layer, Midlines, midline
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form, powers
-from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.orbits.return_map.tables import ChartTable
 

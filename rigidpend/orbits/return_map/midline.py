@@ -15,13 +15,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from rigidpend.orbits.precision import Precision, precision, product
 from rigidpend.orbits.return_map.expansions import (
     Interval,
     chebyshev_analysis,
     chebyshev_basis,
     fourier_analysis,
 )
-from rigidpend.orbits.return_map.precision import Precision, precision, product
 
 
 class Midline(NamedTuple):

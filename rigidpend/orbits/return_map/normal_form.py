@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
+from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map.expansions import (
     Interval,
     chebyshev_analysis,
@@ -33,7 +34,6 @@ from rigidpend.orbits.return_map.expansions import (
 )
 from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
 from rigidpend.orbits.return_map.nome import normalization
-from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
 MOST_CORRECTIONS = 40

@@ -10,11 +10,11 @@ import math
 from typing import NamedTuple
 
 from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.precision import Precision
 from rigidpend.orbits.return_map.charts import quadrature_points
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.looks import Rough, Shrinking, least_degree, odd, terms_until
 from rigidpend.orbits.return_map.midline import Layer
-from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.tables import FORWARD_POWER, INVERSE_POWER, table_sizes
 
 TOLD = 2

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
+from rigidpend.orbits.precision import Precision
 from rigidpend.orbits.return_map.charts import Charts, Invariants, invariants
 from rigidpend.orbits.return_map.conjugacy import NormalPoint, TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
-from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.tables import ChartTable, Looked
 
 

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from rigidpend.numbers import Numbers, Scalar
+from rigidpend.orbits.precision import Precision, precision, rounded
 from rigidpend.orbits.return_map.normal_form import MapError
-from rigidpend.orbits.return_map.precision import Precision, precision, rounded
 from rigidpend.orbits.return_map.reduced import Coefficients, reduced
 
 MOST_ITERATIONS = 60

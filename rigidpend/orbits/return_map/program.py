@@ -32,11 +32,11 @@ from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.sum_arrays import SumArray
+from rigidpend.orbits.precision import Precision
 from rigidpend.orbits.return_map.charts import Charts
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
-from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.tables import INVERSE_POWER, ChartTable, fitted
 
 FUNCTIONS = 3

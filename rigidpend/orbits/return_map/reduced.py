@@ -15,7 +15,7 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers import Scalar
 from rigidpend.numbers.exact import GUARD_BITS, context
-from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.precision import Precision
 
 
 class Coefficients(NamedTuple):

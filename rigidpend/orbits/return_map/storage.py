@@ -24,8 +24,9 @@ from rigidpend.mechanics.body import Body, check_units
 from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST_BITS, Exact
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.texts import named
 from rigidpend.orbits.integrate.sum_arrays import SumArray
+from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map.build import WITH_THETA3, Costly, Design, ReturnMap, build, plan
 from rigidpend.orbits.return_map.charts import Chart
 from rigidpend.orbits.return_map.checks import Errors
@@ -33,7 +34,6 @@ from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.midline import Midline
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.orders import Orders
-from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.tables import ChartTable
 
 MOST_BYTES = 500_000_000

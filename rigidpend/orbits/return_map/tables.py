@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers import Scalar
+from rigidpend.orbits.precision import Precision, precision, product
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import (
     chebyshev_analysis,
@@ -26,7 +27,6 @@ from rigidpend.orbits.return_map.expansions import (
     phases,
 )
 from rigidpend.orbits.return_map.normal_form import NormalForm
-from rigidpend.orbits.return_map.precision import Precision, precision, product
 
 FORWARD_POWER, INVERSE_POWER = 1, 3
 """Powers of charts and of inverse charts by which the orders shrink with the energy's order.

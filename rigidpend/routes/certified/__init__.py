@@ -16,8 +16,7 @@ then tell where the orbit crosses the section M3 = 0.
 what is proven    symbols of one orbit         symbols of an interval   a set covers another
 ================= ============================ ======================== ========================
 hypotheses        H1 to H5                     H1 to H5, of a family    C1 to C9
-polynomials       `pieces.Step`, in x          `pieces.FamilyStep`, in  the same, in x, u, v, w
-                                               x and u
+polynomials       `proof_data.Step`, in x      `FamilyStep`, in x and u the same, in x, u, v, w
 they begin        `orbit.enclosed`             `intervals`, its starts  `sections.beginning`: C1
 jump, defect      `passages`: joined, defects  the same                 the same: C2
 growth            `passages.tube`              `passages.carried`       the same: C3
@@ -41,7 +40,7 @@ Modules that prove
 ------------------
 From the bottom upwards; none imports one that finds.
 
-pieces       data of proofs: sets, lines of starts and steps, and these as arrays; the refusal
+proof_data   data of proofs: sets, lines of starts and steps, and these as arrays; the refusal
              where nothing is proven
 balls        enclosures of numbers, and the logarithmic norm
 models       polynomials over the integers with a bound on their distance from functions

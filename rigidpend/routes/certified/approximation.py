@@ -25,7 +25,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_
 from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified.models import Path
-from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
+from rigidpend.routes.certified.proof_data import ORBIT_CLOCK, Step
 
 GAIN = 35
 """Bits that an iteration gains: those to which doubles solve the linear equation."""

@@ -1,4 +1,4 @@
-"""Small sets along one orbit, each of which a passage stretches across the next.
+"""Chains of small sets along one orbit: a passage stretches each of them across the next.
 
 Nothing here is proven, as in :mod:`rigidpend.routes.certified.horseshoe`. The orbit is found in
 doubles by the return map. A set is a parallelogram about a crossing: two sides lie along the
@@ -21,7 +21,7 @@ from rigidpend.routes.certified.coverings import prove_cones, prove_link, relati
 from rigidpend.routes.certified.family_orbits import pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
-from rigidpend.routes.certified.pieces import (
+from rigidpend.routes.certified.proof_data import (
     FamilyStep,
     Followed,
     Quad,

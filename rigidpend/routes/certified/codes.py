@@ -20,12 +20,12 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import symbols
 from rigidpend.numbers import Scalar, checked
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.expressions import NO_SYMBOL, words
+from rigidpend.numbers.texts import NO_SYMBOL, words
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import alone
 from rigidpend.routes.certified.orbit import AT_START, OrbitChecker, Proof, enclosed, proof_of
-from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step, Undecided
+from rigidpend.routes.certified.proof_data import ORBIT_BITS, ORBIT_STEPS, Step, Undecided
 from rigidpend.routes.codes import codes_of, shown
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit

@@ -13,7 +13,7 @@ from flint import arb, ctx
 from rigidpend.routes.certified.balls import ARB_BITS, LogarithmicNorm, ball_of
 from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import Reached
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, Undecided
+from rigidpend.routes.certified.proof_data import FamilyStep, Quad, StartLine, Undecided
 from rigidpend.routes.certified.sections import POINT_BOX, Numbers, beginning, begun, largest, place
 
 

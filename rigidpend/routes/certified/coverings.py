@@ -17,7 +17,7 @@ from flint import arb, ctx
 from rigidpend.machine.workers import note
 from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below
 from rigidpend.routes.certified.passages import Reached, arrival, first_of
-from rigidpend.routes.certified.pieces import (
+from rigidpend.routes.certified.proof_data import (
     FamilyStep,
     Followed,
     Quad,

@@ -19,13 +19,13 @@ from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.integrate.sum_arrays import SumArray
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
 from rigidpend.orbits.return_map.poincare import state_of
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.models import horner
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers, Quad
+from rigidpend.routes.certified.proof_data import CLOCK, FamilyStep, Powers, Quad
 
 TOLERANCE = 2.0**-100
 """Tolerance of the integration."""

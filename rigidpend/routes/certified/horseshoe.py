@@ -23,10 +23,10 @@ from numpy.polynomial import polynomial
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.routes.certified.pieces import Quad, quad_from
+from rigidpend.routes.certified.proof_data import Quad, quad_from
 from rigidpend.routes.certified.sections import Numbers
 
 IN_PAIRS = precision(96)
@@ -239,7 +239,7 @@ def _sections(setting: ShiftProblem, w: float = 0.0) -> list[_Section]:
     return [_Section(level, True, 0.0), _Section(level, False, math.pi * (setting.half_turns % 2))]
 
 
-def angles(setting: ShiftProblem) -> list[float]:
+def crossing_angles(setting: ShiftProblem) -> list[float]:
     """The angle of the surfaces in (d, chi) at the heteroclinic point of either section."""
     ends, found = np.array([-TILT, TILT]), []
     for section in _sections(setting):
@@ -250,13 +250,13 @@ def angles(setting: ShiftProblem) -> list[float]:
 
 def angle_of(setting: ShiftProblem) -> float:
     """The smaller one of both angles, in (d/momentum, chi): it is the same in any units."""
-    return min(angles(setting)) / setting.momentum
+    return min(crossing_angles(setting)) / setting.momentum
 
 
 def quads(setting: ShiftProblem) -> list[Quad]:
     """The sets: of symbols 0 and 1 of upward crossings, then of downward ones."""
     level = setting.level
-    sections, tilts = _sections(setting), angles(setting)
+    sections, tilts = _sections(setting), crossing_angles(setting)
     zero = np.zeros(1)
     # Distances in d: of sets from the stable surface, and of images from the unstable one. Sets of
     # more half rotations are nearer, so these are the largest ones.

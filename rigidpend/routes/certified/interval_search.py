@@ -18,13 +18,13 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.expansions import nodes
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.family_orbits import LENGTH, FamilyGrid, steps_of
 from rigidpend.routes.certified.horseshoe import IN_PAIRS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers, Undecided
+from rigidpend.routes.certified.proof_data import CLOCK, FamilyStep, Powers, Undecided
 from rigidpend.routes.certified.sections import Numbers
 from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.codes import codes_of

@@ -20,7 +20,7 @@ from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import ARB_BITS, ball_of, start_of
 from rigidpend.routes.certified.models import INPUT_BITS, Family
 from rigidpend.routes.certified.passages import followed, signs_on_parts
-from rigidpend.routes.certified.pieces import FamilyStep, Undecided
+from rigidpend.routes.certified.proof_data import FamilyStep, Undecided
 from rigidpend.routes.certified.sections import Numbers
 
 TERMS = 64

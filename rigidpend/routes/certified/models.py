@@ -21,7 +21,7 @@ from typing import Any, Self, TypeAlias
 
 from flint import arb, arb_mat, ctx, fmpz, fmpz_mpoly_ctx, fmpz_poly
 
-from rigidpend.routes.certified.pieces import Powers
+from rigidpend.routes.certified.proof_data import Powers
 
 
 def above(x: arb) -> int:

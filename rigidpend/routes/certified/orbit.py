@@ -2,8 +2,8 @@
 
 It knows nothing of how they were found. `docs/certified.md` states the theorem, whose hypotheses
 are called H1 to H5 here as well. A hypothesis that is not shown ends in
-:class:`rigidpend.routes.certified.pieces.Undecided`. All times are dimensionless; those of a step
-count in the unit of :class:`Enclosed`.
+:class:`rigidpend.routes.certified.proof_data.Undecided`. All times are dimensionless; those of a
+step count in the unit of :class:`Enclosed`.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from rigidpend.routes.certified.balls import (
 )
 from rigidpend.routes.certified.models import Path, at_ends, on_parts
 from rigidpend.routes.certified.passages import defects, joined, tube
-from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_CLOCK, Step, Undecided
+from rigidpend.routes.certified.proof_data import ORBIT_BITS, ORBIT_CLOCK, Step, Undecided
 from rigidpend.routes.certified.sections import Numbers
 from rigidpend.routes.problem import RouteProblem
 

@@ -15,7 +15,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.routes.certified.balls import ARB_BITS, double_above, double_below, upper
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Source, StartLine, Undecided
+from rigidpend.routes.certified.proof_data import CLOCK, FamilyStep, Source, StartLine, Undecided
 from rigidpend.routes.certified.sections import W_FAMILY, Numbers, beginning, begun, largest
 
 Kind = TypeVar("Kind", bound=Family)

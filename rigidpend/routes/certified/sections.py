@@ -29,7 +29,7 @@ from rigidpend.routes.certified.balls import (
     upper,
 )
 from rigidpend.routes.certified.models import INPUT_BITS, PARAMETERS, Family, horner
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, Source, StartLine, Undecided
+from rigidpend.routes.certified.proof_data import FamilyStep, Quad, Source, StartLine, Undecided
 
 W_WEIGHT = 64
 """Weight of w in the difference of two orbits of different energies (C7); any number will do."""

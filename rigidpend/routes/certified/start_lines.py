@@ -17,8 +17,8 @@ from rigidpend.mechanics.equations import hamiltonian_J3_0, height
 from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits.integrate.sum_arrays import SumArray
+from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map.expansions import nodes
-from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.routes.certified.connections import check_middle
 from rigidpend.routes.certified.family_orbits import FamilyGrid, to_crossing
 from rigidpend.routes.certified.horseshoe import (
@@ -32,7 +32,7 @@ from rigidpend.routes.certified.horseshoe import (
     quads,
 )
 from rigidpend.routes.certified.models import horner
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, Undecided
+from rigidpend.routes.certified.proof_data import FamilyStep, Quad, StartLine, Undecided
 
 SPREAD_FACTOR = 1.02
 """Spread of the energies that are proven, over that of a line of starts."""

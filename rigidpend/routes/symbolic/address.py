@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.wording import short
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.texts import named
 
 LETTERS = "ab"
 """Letters of the first crossing's cell: a for an even j (chi near 0), b for an odd j (near pi)."""

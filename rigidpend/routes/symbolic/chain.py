@@ -27,9 +27,9 @@ from rigidpend.numbers.exact import GUARD_BITS, fraction
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE
+from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
-from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.problem import MOST_NARROWER
 from rigidpend.routes.symbolic.address import cells_of

@@ -35,7 +35,7 @@ from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, exact, fraction
 from rigidpend.orbits.integrate.states import finest_tolerance, states_at
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.chain import (

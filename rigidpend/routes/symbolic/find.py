@@ -15,8 +15,8 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.phases import DOUBLED, angle
 from rigidpend.routes.problem import RouteProblem, narrower

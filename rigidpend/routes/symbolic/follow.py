@@ -21,8 +21,8 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError, SectionPoint
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.codes import codes_of, route_codes
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact

@@ -18,7 +18,7 @@ from rigidpend.numbers import Array
 from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
 from rigidpend.orbits.integrate.arithmetic import LADDER, PAIRS, rung
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import Chain, System, section_points, section_states, tangents

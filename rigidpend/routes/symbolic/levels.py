@@ -19,6 +19,7 @@ from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map import (
     EnergyLevel,
     MapError,
@@ -30,7 +31,6 @@ from rigidpend.orbits.return_map import (
 from rigidpend.orbits.return_map.build import WITH_THETA3
 from rigidpend.orbits.return_map.conjugacy import TorusRates
 from rigidpend.orbits.return_map.passage import Entered
-from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.map_start import check_start, start_Qp
 from rigidpend.routes.problem import RouteProblem

@@ -29,9 +29,9 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact, fraction
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE, PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import at_crossings, states_at
+from rigidpend.orbits.precision import precision, rounded
 from rigidpend.orbits.return_map import MapError
 from rigidpend.orbits.return_map.poincare import rotation_phase
-from rigidpend.orbits.return_map.precision import precision, rounded
 from rigidpend.orbits.return_map.reduced import coefficients, lift, reduced
 from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from rigidpend.mechanics.equations import aligned, variational
 from rigidpend.numbers import Array
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_state, section_tangents
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.symbolic.chain import ANGLES, Chain, carried, tangents
 from rigidpend.routes.symbolic.levels import ChainLevel, Mask, OrbitFamily, onward

@@ -17,7 +17,7 @@ from rigidpend.orbits.integrate import WEIGHTS, bigint, states
 from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW_LANES, LANES
 from rigidpend.orbits.integrate.states import at_crossings, first_crossings, states_at
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.precision import precision
 from tests.orbits.integrate.problems import ENGINES, FIG4, FREE, GENERIC, WAYS, by, fan, find, task
 
 K2 = 0.9

@@ -23,8 +23,8 @@ from rigidpend.orbits.integrate.arithmetic import bits_of_numbers
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.passages import touch
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.integrate.step_crossings import touch
 from tests.orbits.integrate.problems import fan, find, same, task
 
 

@@ -15,6 +15,7 @@ from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import Precision, in_triples, precision
 from rigidpend.orbits.return_map import (
     MapError,
     ReturnMap,
@@ -30,7 +31,6 @@ from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import NormalForm, normal_form
 from rigidpend.orbits.return_map.poincare import rotation_phase
-from rigidpend.orbits.return_map.precision import Precision, in_triples, precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.orbits.return_map.tables import ChartTable
 from scripts import stated_maps

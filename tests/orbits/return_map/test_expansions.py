@@ -9,6 +9,7 @@ import pytest
 from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
 from rigidpend.orbits.integrate.sum_arrays import SumArray
+from rigidpend.orbits.precision import UNDIVIDED, in_sums, in_triples, precision, product, rounded
 from rigidpend.orbits.return_map.expansions import (
     Interval,
     fourier_analysis,
@@ -18,14 +19,6 @@ from rigidpend.orbits.return_map.expansions import (
     grouped,
     in_blocks,
     phases,
-)
-from rigidpend.orbits.return_map.precision import (
-    UNDIVIDED,
-    in_sums,
-    in_triples,
-    precision,
-    product,
-    rounded,
 )
 from rigidpend.orbits.return_map.storage import as_doubles, from_doubles
 

@@ -13,9 +13,9 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.sum_arrays import SumArray
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.conjugacy import TorusForm
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Entry, shortened
 from tests.bodies import GENERIC
 from tests.orbits.integrate.problems import same

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError, looks, normal_form
 from rigidpend.orbits.return_map.looks import (
     LARGEST_RADIUS,
@@ -17,7 +18,6 @@ from rigidpend.orbits.return_map.looks import (
     whole_reach,
 )
 from rigidpend.orbits.return_map.midline import Layer
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
 

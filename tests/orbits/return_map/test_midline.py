@@ -12,6 +12,7 @@ from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate.states import first_crossings, states_at
+from rigidpend.orbits.precision import in_triples, precision, rounded
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, looks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, Design
 from rigidpend.orbits.return_map.charts import Arcs, arc_ends
@@ -23,7 +24,6 @@ from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.orders import building_seconds
 from rigidpend.orbits.return_map.passage import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
-from rigidpend.orbits.return_map.precision import in_triples, precision, rounded
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.surfaces import surface_orbits
 from tests.bodies import FIG4

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.nome import free_rate, normalization
 from rigidpend.orbits.return_map.normal_form import normal_form
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import conjugacy
 from rigidpend.orbits.return_map import normal_form as module
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, in_blocks
 from rigidpend.orbits.return_map.normal_form import normal_form, powers
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, reduced
 from tests.orbits.integrate.problems import FIG4, GENERIC
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3, expected_cost
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.looks import Rough, Shrinking
 from rigidpend.orbits.return_map.midline import Layer
 from rigidpend.orbits.return_map.orders import Orders, building_seconds, energy_nodes, orders
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
 

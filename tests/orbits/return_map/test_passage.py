@@ -12,12 +12,12 @@ from scipy.integrate import simpson
 
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError, ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.build import FIRST, WITH_THETA3
 from rigidpend.orbits.return_map.charts import inverse_table
 from rigidpend.orbits.return_map.passage import Passage
 from rigidpend.orbits.return_map.poincare import section_point, section_state
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, theta3_rate
 from tests.orbits.integrate.problems import GENERIC
 from tests.strategies import apart

@@ -14,20 +14,27 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.poincare import state_of
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import approximation, intervals, passages, pieces, sections
+from rigidpend.routes.certified import approximation, intervals, passages, proof_data, sections
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.orbit import enclosed, proof_of
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine, Step, Undecided
+from rigidpend.routes.certified.proof_data import (
+    CLOCK,
+    FamilyStep,
+    Quad,
+    StartLine,
+    Step,
+    Undecided,
+)
 from rigidpend.routes.problem import RouteProblem
 from scripts import (
     check_certificate,
     check_full_shift,
     check_intervals,
     check_passages,
-    check_pieces,
+    check_proof_data,
     check_sections,
     check_series,
 )
@@ -59,7 +66,7 @@ def series(terms: Mapping[Any, int], bits: int) -> check_series.Series:
 
 def step(piece: FamilyStep) -> check_sections.Step:
     states = [series(terms, piece.bits) for terms in piece.terms]
-    return check_sections.Step(series(piece.half_length, check_pieces.CLOCK), states)
+    return check_sections.Step(series(piece.half_length, check_proof_data.CLOCK), states)
 
 
 def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
@@ -67,7 +74,7 @@ def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
     return [
         FamilyStep(
             bits,
-            {(0, 0, 0): half << (CLOCK - pieces.ORBIT_CLOCK + 1)},
+            {(0, 0, 0): half << (CLOCK - proof_data.ORBIT_CLOCK + 1)},
             [{(j, 0, 0): w for j, w in enumerate(row)} for row in rows],
         )
         for half, bits, rows in orbit
@@ -297,10 +304,10 @@ class Stored:
     def every(self) -> list[tuple[Any, list[FamilyStep]]]:
         """The four sets and the line, with their steps."""
         sources = (
-            *pieces.unpacked_quads(self.data["sets"]),
-            pieces.unpacked_line(J1, self.data["line"]),
+            *proof_data.unpacked_quads(self.data["sets"]),
+            proof_data.unpacked_line(J1, self.data["line"]),
         )
-        orbits = pieces.unpacked(self.data["proof"], 5)
+        orbits = proof_data.unpacked(self.data["proof"], 5)
         return [in_units(self.k, *each) for each in zip(sources, orbits, strict=True)]
 
     @cached_property

@@ -20,7 +20,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified import approximation, orbit
 from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.certified.orbit import OrbitChecker, ProvenCrossing, enclosed, proof_of
-from rigidpend.routes.certified.pieces import Step
+from rigidpend.routes.certified.proof_data import Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate, check_full_shift, check_intervals, check_sections
 from scripts.check_certificate import Fails, Interval, Refused

@@ -18,7 +18,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import balls, codes, orbit
 from rigidpend.routes.certified.orbit import OrbitChecker, enclosed
-from rigidpend.routes.certified.pieces import Step, Undecided
+from rigidpend.routes.certified.proof_data import Step, Undecided
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4 as BODY

@@ -15,7 +15,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified import connections, sections
-from rigidpend.routes.certified.pieces import StartLine, Undecided
+from rigidpend.routes.certified.proof_data import StartLine, Undecided
 from scripts import check_connections, check_sections
 from scripts.check_certificate import Fails, Interval
 from tests.routes.certified import offered

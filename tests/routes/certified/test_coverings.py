@@ -16,7 +16,7 @@ from rigidpend.experiments.full_shift import proof
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.pieces import Undecided, quad_from
+from rigidpend.routes.certified.proof_data import Undecided, quad_from
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.runs import certificates
 from scripts import (

@@ -25,12 +25,12 @@ from rigidpend.routes.certified import (
     family_orbits,
     horseshoe,
     passages,
-    pieces,
+    proof_data,
     sections,
     start_lines,
 )
 from rigidpend.routes.certified.orbit import enclosed
-from rigidpend.routes.certified.pieces import Quad, unpacked, unpacked_energies, unpacked_quads
+from rigidpend.routes.certified.proof_data import Quad, unpacked, unpacked_energies, unpacked_quads
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
 from rigidpend.routes.symbolic.levels import onward
@@ -51,7 +51,7 @@ class Found(NamedTuple):
     data: Any
     proven: proof.Proven
     quads: list[Quad]
-    orbits: list[list[pieces.FamilyStep]]
+    orbits: list[list[proof_data.FamilyStep]]
     """Steps of the four sets and of the line."""
     shift: Fraction
     spread: Fraction
@@ -268,7 +268,7 @@ def test_a_proof_is_of_the_energies_of_its_config(
 ) -> None:
     """By both; nothing else is asked before it."""
     spread = Fraction(1.3342e-6 * by)
-    monkeypatch.setattr(coverings, "prove", proved := Mock(side_effect=pieces.Undecided))
+    monkeypatch.setattr(coverings, "prove", proved := Mock(side_effect=proof_data.Undecided))
     energies = {"shift": shift, "spread": float(spread), "moves": np.zeros((4, 1, 1)), "line": []}
     data = stored.data | ({"energies": energies} if by else {})
     doubt = said(proof.checked, typed(Config, CONFIG, changes), data)

@@ -17,17 +17,17 @@ from flint import arb, ctx
 
 from rigidpend import Body, route_codes
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map.expansions import nodes
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
-from rigidpend.routes.certified import interval_search, intervals, pieces
+from rigidpend.routes.certified import interval_search, intervals, proof_data
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval, proven_intervals
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.pieces import Undecided
+from rigidpend.routes.certified.proof_data import Undecided
 from scripts import check_intervals as script
-from scripts import check_pieces
+from scripts import check_proof_data
 from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
@@ -206,7 +206,7 @@ def test_the_same_is_proven_in_other_units(times: Fraction, one: ProvenInterval)
 def test_what_is_claimed_of_an_interval_is_what_is_proven_of_it(
     one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    proof = pieces.packed([one.pieces])
+    proof = proof_data.packed([one.pieces])
     assert script.checked((GIVEN, 0, 4, [0], proof)) == ""
     monkeypatch.setattr(script, "prove", lambda *_: [0])
     assert script.checked((GIVEN, 0, 4, [1], proof))
@@ -290,12 +290,12 @@ def test_each_interval_is_asked_and_the_page_tells_shares(monkeypatch: pytest.Mo
     data = store.load(file)["data"]
     place, depth, codes = (data["intervals"][name] for name in ("place", "depth", "codes"))
     assert int(row[3]) == len(place)
-    steps = pieces.unpacked(data["proof"], len(place))
+    steps = proof_data.unpacked(data["proof"], len(place))
     proven = [k for k in range(len(place)) if codes[0, k] != 255]
     for call, k in zip(every.mock_calls, proven, strict=True):
         _, *of, symbols, proof = call.args[0]
         assert (of, symbols) == ([place[k], depth[k]], [x for x in codes[:, k] if x != 255])
-        assert len(check_pieces.steps_of_sets(proof, 1)[0]) == len(steps[k])
+        assert len(check_proof_data.steps_of_sets(proof, 1)[0]) == len(steps[k])
     monkeypatch.setattr(script, "each", lambda *_: itertools.repeat({}))
     monkeypatch.setattr(script, "checked", lambda part: "H3" if part[1] == place[-1] else "")
     with pytest.raises(Fails, match=f"the interval {place[-1]}/2\\^{depth[-1]}: H3"):

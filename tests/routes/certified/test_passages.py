@@ -16,12 +16,12 @@ from flint import arb, arb_mat, ctx
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.precision import precision
 from rigidpend.routes.certified import coverings, passages, sections
 from rigidpend.routes.certified.balls import ARB_BITS
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import INPUT_BITS, Family, on_parts
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
+from rigidpend.routes.certified.proof_data import CLOCK, FamilyStep, Quad
 from rigidpend.routes.certified.start_lines import LineStarts, line_pieces
 from scripts import check_coverings, check_full_shift, check_passages, check_sections
 from scripts.check_certificate import Fails, Interval

@@ -258,8 +258,8 @@ def test_orbits_between_surfaces_that_doubles_do_not_tell_apart_are_found(
     assert found.confirmed == found.passages == len(code)
     # Tables that count d from 0 have the same first crossing, as far as its phase is known.
     orbits = orbits_of(problem(body, 1, given["h0"], given["J1_0"]))
-    phase = np.array([float(found.theta2_0)])
-    begin = orbits.enter(orbits.return_map.at(orbits.energy(phase)), phase).point
+    start = np.array([float(found.theta2_0)])
+    begin = orbits.enter(orbits.return_map.at(orbits.energy(start)), start).point
     assert abs(begin.d[0] - found.d[0]) < found.delay * np.abs(found.d).max()
 
 

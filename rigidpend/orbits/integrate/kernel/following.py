@@ -3,7 +3,7 @@
 With c_k the Taylor coefficients of M3 on a step of length h, M3 has no zero on the step where
 |c_0| > sum |c_k| h^k over k >= 1, nor where it is certainly monotone and has the same sign at both
 ends. Every other step is noted with its series and, if M3 is monotone, its zero, for
-`rigidpend.orbits.integrate.batch` and `passages` to find the crossings.
+`rigidpend.orbits.integrate.batch` and `step_crossings` to find the crossings.
 """
 
 import functools
@@ -57,7 +57,7 @@ def carrying(order: int, bits: int, lanes: int = LANES) -> Any:
 
 
 @functools.cache
-def sampling(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
+def sampling(order: int, bits: int, field: TracedField, lanes: int) -> Any:
     """The kernel that writes down the states of orbits of a field at given times.
 
     It is called with (state, stride, time, parameters, grid, all, apart, count, next, sense,
@@ -141,7 +141,7 @@ class _Carrying(Kernel):
             span = code.fma(code.size(self.head(i, 0)), self.depth, span)
         far = code.compare("ogt", code.size(self.head(M3, 0)), span)
         steady = code.compare("ogt", slope, self._times(code.load(bend), h))
-        # Noted where M3 is zero at an end of the step, too: `passages.crosses` tells which it is.
+        # Noted where M3 is zero at an end of the step, too: `step_crossings.crosses` tells which.
         changed = code.compare("ole", self._times(self.head(M3, 0), after), "zeroinitializer")
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
         mask, some = self.any_lane(code.logic("or", changed, doubtful))

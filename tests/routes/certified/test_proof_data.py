@@ -8,9 +8,9 @@ import h5py
 import numpy as np
 import pytest
 
-from rigidpend.routes.certified import pieces
-from rigidpend.routes.certified.pieces import MOST_DEGREE, FamilyStep, packed, unpacked
-from scripts import check_full_shift, check_pieces
+from rigidpend.routes.certified import proof_data
+from rigidpend.routes.certified.proof_data import MOST_DEGREE, FamilyStep, packed, unpacked
+from scripts import check_full_shift, check_proof_data
 from scripts.check_certificate import Refused
 from tests.routes.certified.offered import STORED, Stored, series
 
@@ -28,7 +28,7 @@ def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> No
     steps[1] = [*stored.orbits[1][:3], FamilyStep(60, {(0, 0, 0): 1}, [highest] * 6)]
     again = packed(steps)
     assert set(again["family"]) > {0, 1, 5}
-    found, theirs = unpacked(again, 5), check_pieces.steps_of_sets(again, 5)
+    found, theirs = unpacked(again, 5), check_proof_data.steps_of_sets(again, 5)
     for mine, others, wanted in zip(found, theirs, steps, strict=True):
         for one, other, piece in zip(mine, others, wanted, strict=True):
             half = {at: w for at, w in piece.half_length.items() if w}
@@ -70,7 +70,7 @@ def test_arrays_that_are_no_steps_are_refused(
         unpacked(again, 1)
     if told:
         with pytest.raises(Refused, match=told):
-            check_pieces.steps_of_sets(again, 1)
+            check_proof_data.steps_of_sets(again, 1)
 
 
 def test_numbers_of_terms_may_be_as_short_as_they_are(stored: Stored) -> None:
@@ -85,14 +85,14 @@ def test_what_is_no_set_is_refused(stored: Stored) -> None:
     sets = stored.data["sets"]
     for name, nothing in (("p", np.zeros((4, 0))), *((x, np.zeros(4)) for x in ("a", "b", "l1"))):
         with pytest.raises(ValueError, match="no extent"):
-            pieces.unpacked_quads({**sets, name: nothing})
+            proof_data.unpacked_quads({**sets, name: nothing})
     for wrong in (np.nan, np.inf):
         with pytest.raises(ValueError, match="not finite"):
-            pieces.unpacked_quads({**sets, "a": np.array([1, 1, 1, wrong])})
+            proof_data.unpacked_quads({**sets, "a": np.array([1, 1, 1, wrong])})
     for wrong in (np.nan, np.inf, 0.0):
         with pytest.raises(ValueError, match=r"not finite|no interval"):
-            pieces.unpacked_energies({"shift": 0.0, "spread": wrong})
-    assert pieces.unpacked_energies(None) == (Fraction(0), Fraction(0))
+            proof_data.unpacked_energies({"shift": 0.0, "spread": wrong})
+    assert proof_data.unpacked_energies(None) == (Fraction(0), Fraction(0))
 
 
 def other(place: str, *given: Any, **how: Any) -> Any:
@@ -115,7 +115,7 @@ def test_the_largest_proof_of_the_page_is_read_and_one_four_times_as_large_is_no
         at = np.array(np.unravel_index(np.arange(terms), (1, 50, 50))).T
         values: Any = {"family": [0], "bits": [60], "terms": [terms], "powers": at}
         values["coefficients"] = np.ones((terms, 7), dtype=np.int64)
-        return check_pieces.steps_of_sets(values, 1)
+        return check_proof_data.steps_of_sets(values, 1)
 
     [[step]] = steps(1380)
     assert len(step.states) == 6

@@ -27,8 +27,8 @@ from rigidpend.orbits.integrate import (
     silent_outcome,
 )
 from rigidpend.orbits.integrate.batch import written
-from rigidpend.orbits.integrate.passages import UNDECIDED, value_at, zeros
 from rigidpend.orbits.integrate.states import first_crossings, states_at
+from rigidpend.orbits.integrate.step_crossings import UNDECIDED, value_at, zeros
 from tests.orbits.integrate.problems import by
 
 LIMIT, TINY = 10.0, 2.0**-21
