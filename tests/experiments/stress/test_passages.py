@@ -70,7 +70,11 @@ def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.Monk
     trial = passages.growth_trial(SCENE, 1e-6, SIZES)
     made: Any = trial.tried()
     assert failed(made) == set()
-    assert 1.5 < made["curves"]["growth"]["growth_predicted"] < 5
+    curve = made["curves"]["growth"]
+    assert 1.5 < curve["growth_predicted"] < 5
+    # Four standard errors of the mean of four logarithms.
+    drawn = np.log(curve["measured"] / curve["predicted"])[passages.SETTLED :]
+    assert np.abs(drawn).max() < 4 * passages.LOG_NORMAL / 2
     monkeypatch.setattr(scenes, "DEFAULT_TOLERANCE", {"taylor": 1e-9})
     assert "size of errors" in failed(trial)
 

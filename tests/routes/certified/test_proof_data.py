@@ -8,7 +8,9 @@ import h5py
 import numpy as np
 import pytest
 
+from rigidpend.orbits.integrate.sum_arrays import SumArray
 from rigidpend.routes.certified import proof_data
+from rigidpend.routes.certified.family_orbits import FamilyGrid, fitted
 from rigidpend.routes.certified.proof_data import MOST_DEGREE, FamilyStep, packed, unpacked
 from scripts import check_full_shift, check_proof_data
 from scripts.check_certificate import Refused
@@ -35,6 +37,15 @@ def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> No
             assert one == (piece.bits, half, list(piece.terms))
             for k, terms in enumerate(piece.terms):
                 assert (other.states[k] - series(terms, piece.bits)).most == 0
+
+
+def test_noise_at_many_nodes_is_no_term() -> None:
+    """Coefficients of high T_k would multiply that of pairs of doubles."""
+    grid = FamilyGrid(20, 20, 1)
+    u, v, _ = grid.at
+    [terms] = fitted(SumArray((u * u * u / 3 + u * v / 7).parts[:, None, None]), 90, grid.sizes)
+    # Twice as many units, as of each coefficient of T_0(x).
+    assert terms == {(0, 3, 0): round(Fraction(2**91, 3)), (0, 1, 1): round(Fraction(2**91, 7))}
 
 
 LENGTHS: Any = lambda powers: (powers[:, 0] == 0, 6)  # noqa: E731
