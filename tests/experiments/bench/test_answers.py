@@ -1,6 +1,7 @@
 """Every method finds the symbols of Fig. 4, and crossing times to what its knob promises."""
 
 import functools
+import gc
 import multiprocessing
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -53,11 +54,11 @@ def errors_of(name: str, other: Any, threads: int) -> dict[str, Any]:
 def apart() -> Iterator[Executor]:
     """A process of its own: the memory of many compilers would slow the forks of this one.
 
-    What is compiled for three orbits need not be fast.
+    What is compiled for three orbits need not be fast, nor is there garbage worth a look.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("NUMBA_OPT", "0")
-        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), gc.disable) as process:
             yield process
 
 
