@@ -186,7 +186,10 @@ def _refuse(chain: Chain) -> NoReturn:
     """Raise NoOrbit, with the reason why crossings are placed too far off to begin with."""
     check_split(chain.level, chain.split, chain.unknowns, 10.0**-LEAST_DIGITS)
     check_told(chain)
-    raise Blurred("integration does not find the crossings where the map has them")
+    raise Blurred(
+        "integration does not find the crossings where the map has them; a smaller J1_0 may help,"
+        " or a body whose surfaces lie farther apart"
+    )
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:
