@@ -132,9 +132,10 @@ def test_control_characters_reach_neither_results_nor_the_terminal(
     assert "\x1b" not in str(in_key)
 
 
-def test_a_long_line_is_shown_around_the_place(tmp_path: Path) -> None:
+@pytest.mark.parametrize("blank", [150, 900])
+def test_a_long_line_is_shown_around_the_place(tmp_path: Path, blank: int) -> None:
     text = changed("[2, 1, 1.5]", f"[{'2, ' * 300}x, {'2, ' * 300}2]")
-    path = written(tmp_path, text.replace("r: [1", "r: [" + " " * 900 + "y"))
+    path = written(tmp_path, text.replace("r: [1", "r: [" + " " * blank + "y"))
     last = refused(path)[-1]
     said, line, caret = str(last).splitlines()
     assert len(line) <= 4 + complaints.MOST_LINE

@@ -53,6 +53,7 @@ def test_the_table_tells_levels_of_a_thin_body_apart() -> None:
 
 def test_visibility_may_change_on_the_outline_only() -> None:
     stored = reference("fig1")["data"]
+    assert not differences("phase_portraits", stored, computed(asked("fig1")))
     stored["orbits"]["projected"][2, 7] = 5e-15
     for index, count in ((7, 0), (8, 1)):
         fresh = copy.deepcopy(stored)
