@@ -26,7 +26,7 @@ from rigidpend.numbers import Array, Numbers, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, fraction
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
-from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE, PAIRS
 from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
@@ -426,18 +426,20 @@ def carried(slopes: Array, change: Array) -> tuple[Array, Array]:
 
 
 def passages(chain: Chain) -> tuple[Mask, Array]:
-    """Integrate each passage of a chain alone, in `state_bits`, from the chain's crossing.
+    """Integrate each passage of a chain alone, from the chain's crossing.
 
     The results, (n,) each, are True where the passage has the chain's symbol, and the error of the
     chain's time, t': the difference of both times, and the rounding that they may share.
     """
     rising = alternating(len(chain.b), chain.b)
-    c, states = crossing_states(chain, chain.level.state_bits)
+    # States in doubles do not tell what tables that count d from midlines do.
+    bits = PAIRS if chain.level.made.design.narrower else 53
+    c, states = crossing_states(chain, bits)
     limit = float(chain.time.max()) * LONGEST_WAIT
     found = integrate.crossings(
         Orbits(c, states[:, :-1], 2, limit),
         engine=DEFAULT_ENGINE,
-        bits=chain.level.state_bits,
+        bits=bits,
         tolerance=FINEST_TOLERANCE[DEFAULT_ENGINE],
         jobs=1,
     )

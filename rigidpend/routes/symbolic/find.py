@@ -42,6 +42,10 @@ SETTLED = 4e-15
 """Change of theta2_0, radians, below which its energy counts as found."""
 ASIDE = 1e-3
 """Step in the energy to a chain beside one that is found at once, in units of mu."""
+COARSE = 5e-8
+"""Displacement of orbits by roundings of a map, radians, from which one beside midlines serves.
+
+Corrections by derivatives that err by so much may leave the last digits of theta2_0 wrong."""
 MOST_SYMBOLS = 10_000
 """Largest number of symbols in a code."""
 DIGITS = 28
@@ -72,9 +76,7 @@ class FoundOrbit(NamedTuple):
     delay: float
     """Largest difference of times t' by integration and by the map, of the crossings refined."""
     passages: int
-    """Number of passages that have the right symbol when each is integrated alone, in doubles.
-
-    Pairs of them serve where surfaces are so close that tables count d from midlines."""
+    """Number of passages with the right symbol, each integrated alone, in 53 or 106 bits."""
     passage_error: float
     """Largest error of the times of these passages, t'."""
     chi: Array
@@ -164,7 +166,9 @@ def find_orbit(
     beside = None if near is None else _phase(near)
     task, fewer = (address, beside, digits, jobs), narrower(problem)
     try:
-        return _found(orbits_of(problem), *task)
+        orbits = orbits_of(problem)
+        if not fewer or ChainLevel(orbits.return_map, problem.h0).displaced(53) < COARSE:
+            return _found(orbits, *task)
     except (Blurred, MapError):
         # Tables of the whole layer are too coarse, or do not exist: those beside midlines are left.
         if not fewer:

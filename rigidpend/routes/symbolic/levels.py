@@ -18,7 +18,6 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers import Array, Scalar
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map import (
     EnergyLevel,
@@ -136,11 +135,6 @@ class ChainLevel:
         on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, SPLITTING_PHASES))
         U, V, *_ = level.charts[rising].forward.look_up(on.d, turn * on.chi, level.a)
         return float(np.abs(U * V).max())
-
-    @property
-    def state_bits(self) -> int:
-        """Bits in which states tell the crossings as well as the tables do."""
-        return PAIRS if self.made.design.narrower else 53
 
     def midlines(self, rising: Mask, chi: Any, h: Any, a: Precision) -> Any:
         """The d from which tables count it, at crossings of an energy h: (n,) as all but h.

@@ -24,7 +24,6 @@ from rigidpend.routes.symbolic.chain import (
     MOVED,
     Blurred,
     Chain,
-    NoOrbit,
     carried,
     check_split,
     check_told,
@@ -179,11 +178,11 @@ def _correct(legs: Legs, chain: Chain, digits: _Digits) -> float:
             if delay > MOVED:
                 _refuse(chain)
             return delay
-    raise NoOrbit(f"integration follows the map to {digits.expected:.0f} digits only")
+    raise Blurred(f"integration follows the map to {digits.expected:.0f} digits only")
 
 
 def _refuse(chain: Chain) -> NoReturn:
-    """Raise NoOrbit, with the reason why crossings are placed too far off to begin with."""
+    """Raise Blurred, with the reason why crossings are placed too far off to begin with."""
     check_split(chain.level, chain.split, chain.unknowns, 10.0**-LEAST_DIGITS)
     check_told(chain)
     raise Blurred(

@@ -24,6 +24,7 @@ from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.symbolic import Address, NoOrbit, find, follow, legs, shortest
 from rigidpend.routes.symbolic.address import parsed
+from rigidpend.routes.symbolic.chain import MOVED
 from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
 from rigidpend.routes.symbolic.levels import onward, orbits_of
 from rigidpend.routes.symbolic.refine import refined
@@ -256,6 +257,7 @@ def test_orbits_between_surfaces_that_doubles_do_not_tell_apart_are_found(
     found = find_orbit(body, code, **given)
     assert (str(found.address), str(found.theta2_0)) == (address, phase)
     assert found.confirmed == found.passages == len(code)
+    assert found.passage_error < MOVED
     # Tables that count d from 0 have the same first crossing, as far as its phase is known.
     orbits = orbits_of(problem(body, 1, given["h0"], given["J1_0"]))
     start = np.array([float(found.theta2_0)])
