@@ -28,7 +28,6 @@ class Problem(RouteStart):
             raise ParameterError("J1_0", f"expected a decimal or fraction, got {self.J1_0}")
         if not float(self.mu) > 0:
             raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
-        self.routes.afford(self.columns.count, "columns")
         return self
 
 
