@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.equations import on_section
 from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS
@@ -84,7 +85,9 @@ def address_of(
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = orbits_of(problem)
     level = ChainLevel(orbits.return_map, orbits.energy(float(phase)))
-    points = section_points(level, there, level.h, level.c, precision(53))
+    # Times are doubles: a step of Newton's method leads to M3 = 0, of which d changes by as little.
+    there, _ = on_section(there, level.c.aligned)
+    points = section_points(level, np.array(there), level.h, level.c, precision(53))
     return addressed(level, points, routes.codes[:n, 0])
 
 

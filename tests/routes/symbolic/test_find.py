@@ -402,6 +402,14 @@ def test_a_last_crossing_off_by_more_than_a_radian_is_no_orbits(
         assert find_orbit(FIG4, "a 0^11 1^11", **START, digits=10).passages == 2
 
 
+def test_half_rotations_are_told_however_little_surfaces_are_split() -> None:
+    body = Body(A=("2.322", "1.988", "2.042"), r=("0.975", "0.223", 0), mu="0.00307")
+    given: dict[str, Any] = {"h0": "1.0414", "J1_0": "1.32e-8", "n_symbols": 7}
+    # The address by which find_orbit has found the phase.
+    found = address_of(body, "2.3247807303684225198563665815", **given)
+    assert str(found) == "a 0^166 0^165 1^165 1^166 0^159 1^157 0^153"
+
+
 def test_addresses_end_before_what_is_not_certain() -> None:
     found = address_of(FIG4, "3/10", **START, n_symbols=40, precisions=(53,))
     assert 5 < len(found.symbols) < 40
