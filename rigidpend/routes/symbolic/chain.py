@@ -31,7 +31,6 @@ from rigidpend.orbits.precision import Precision, precision
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.routes.problem import MOST_NARROWER
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.levels import (
     Arrival,
@@ -379,9 +378,6 @@ def check_split(level: ChainLevel, split: float, x: Any = 0.0, allowed: float = 
         if moved * split <= allowed * level.splitting:
             body, other = "at the Hess case or near it", "a body farther from it"
             where = f"{split:.1g} at downward crossings, where this orbit changes sides"
-        # Tables are as narrow as orbits start close to the surfaces.
-        if 0 < level.made.design.narrower < MOST_NARROWER:
-            other = f"{other}, or a smaller J1_0"
         raise Blurred(
             f"the body is {body}: its asymptotic surfaces lie so close together (|I| between them"
             f" is at most {where}) that the crossings of an orbit are known only to"

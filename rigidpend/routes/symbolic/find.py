@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from decimal import Decimal
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from rigidpend.machine.wording import short
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import Array, Scalar, checked
 from rigidpend.numbers.checked import ParameterError
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.precision import precision
 from rigidpend.orbits.return_map import MapError
@@ -46,6 +47,8 @@ COARSE = 5e-8
 """Displacement of orbits by roundings of a map, radians, from which one beside midlines serves.
 
 Corrections by derivatives that err by so much may leave the last digits of theta2_0 wrong."""
+CLOSEST = 1e-60
+"""J1_0 over J2_0 of starts so close to the surfaces that these alone limit how thin a layer is."""
 MOST_SYMBOLS = 10_000
 """Largest number of symbols in a code."""
 DIGITS = 28
@@ -164,7 +167,19 @@ def find_orbit(
         raise ParameterError("code", f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
     problem = RouteProblem(body, h0, J1_0, n)
     beside = None if near is None else _phase(near)
-    task, fewer = (address, beside, digits, jobs), narrower(problem)
+    fewer = narrower(problem)
+    try:
+        return _by_either_map(problem, fewer, address, beside, digits, jobs)
+    except Blurred as error:
+        # The closer to the surfaces orbits start, the thinner their layer may be.
+        closest = replace(problem, J1_0=exact(CLOSEST * float(problem.J2_0(53))))
+        if narrower(closest) == fewer:
+            raise
+        raise NoOrbit(f"{error}; a smaller J1_0 may help") from None
+
+
+def _by_either_map(problem: RouteProblem, fewer: int, *task: Any) -> FoundOrbit:
+    """The orbit by the map of the whole layer, or by one of a layer `fewer` bits narrower."""
     try:
         orbits = orbits_of(problem)
         if not fewer or ChainLevel(orbits.return_map, problem.h0).displaced(53) < COARSE:

@@ -186,8 +186,8 @@ def _refuse(chain: Chain) -> NoReturn:
     check_split(chain.level, chain.split, chain.unknowns, 10.0**-LEAST_DIGITS)
     check_told(chain)
     raise Blurred(
-        "integration does not find the crossings where the map has them; a smaller J1_0 may help,"
-        " or a body whose surfaces lie farther apart"
+        "integration does not find the crossings where the map has them; take a body whose surfaces"
+        " lie farther apart"
     )
 
 
