@@ -22,7 +22,7 @@ from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_coverings, check_series
 from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
-from tests.cli.calls import succeeded
+from tests.cli.calls import call, succeeded
 from tests.experiments.trees import reference
 from tests.remembered import inline, remembered
 from tests.runs.checkers import Change, stated
@@ -61,6 +61,17 @@ def said_by_both(file: Path) -> Iterator[tuple[bool, str]]:
             yield True, str(check())
         except (files.StoreError, Refused, Fails) as refusal:
             yield False, str(refusal)
+
+
+def test_sets_too_large_for_their_polynomials_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As those of nearly symmetric bodies are, whose surfaces doubles hardly tell apart."""
+    monkeypatch.setattr(chains, "WIDTH", 1e5)
+    done = call(tmp_path, "find", "fig4", "--code", "01", "-j", "1", "--proof", NAME)
+    assert done.returncode == 1
+    assert "too large: the surfaces are split too little" in done.stderr
+    assert not (tmp_path / NAME).exists()
 
 
 @pytest.mark.slow

@@ -248,7 +248,10 @@ def _fine(
     """The setting with bits such that a bound stays below `least`, and nodes in u and v.
 
     The bound grows for a time, t'. In u and v functions change by the shares `wide` of their scale
-    at the beginning, and in u by `share` at the end."""
+    at the beginning, and in u by `share` at the end. Undecided where these series do not converge.
+    """
+    if not all(x < 1 for x in (*wide, share)):
+        raise Undecided("a set along the orbit is too large: the surfaces are split too little")
     # Beside gamma, which is 1 in any units, a large momentum counts as 1.
     end = SPARE_BITS - math.log2(least / max(1.0, setting.momentum))
     bits = min(MOST_BITS, math.ceil(end + GROWTH * setting.rate * time))
