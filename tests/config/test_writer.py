@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.config import reader, writer
+from rigidpend.config.description import asked
 from rigidpend.config.schema import Part
 from rigidpend.config.writer import changes, sentence
 from rigidpend.runs import loading, provenance
@@ -27,6 +28,15 @@ class Explained(Part):
 class Whole(Part):
     part: Explained
     """Whatever is explained."""
+
+
+class Untold(Part):
+    count: int
+
+
+def test_a_setting_without_a_meaning_is_described_by_its_name() -> None:
+    """A new one may not have it yet; only sections are described by their keys."""
+    assert [tuple(row)[:2] for row in asked(Untold(count=3))] == [("count", "3")]
 
 
 def test_comments_are_told_whole_in_lines_that_fit() -> None:

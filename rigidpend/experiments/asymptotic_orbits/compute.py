@@ -60,7 +60,7 @@ def compute(config: Config, means: Means) -> Tree:
     problem = config.problem
     level = ChainLevel.of(problem.body, problem.h)
     launch = Launch(level, problem.J1_0)
-    lengths: dict[str, Tree] = {}
+    expected, lengths = _expected(problem), dict[str, Tree]()
     drawn: dict[str, Tree] = {}
     for n, (rough, arcs) in enumerate(skeleton(level, problem.symbols, problem.half_turns)):
         if not rough.b.size:
@@ -72,7 +72,7 @@ def compute(config: Config, means: Means) -> Tree:
         name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))
         means.report(f"{counted(n, 'symbol')}: {counted(len(orbits.b), 'orbit')}")
         lengths[name] = {
-            **_in_parts(launch, orbits, _expected(problem), means),
+            **_in_parts(launch, orbits, expected, means),
             "arcs": arcs,
             "ends": "homoclinic" if n % 2 else "heteroclinic",
         }

@@ -17,7 +17,6 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.precision import precision
-from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.phases import DOUBLED, angle
 from rigidpend.routes.problem import RouteProblem, narrower
@@ -173,7 +172,7 @@ def find_orbit(
     except Blurred as error:
         # The closer to the surfaces orbits start, the thinner their layer may be.
         closest = replace(problem, J1_0=exact(CLOSEST * float(problem.J2_0(53))))
-        if narrower(closest) == fewer:
+        if narrower(closest) <= fewer:
             raise
         raise NoOrbit(f"{error}; a smaller J1_0 may help") from None
 
@@ -184,8 +183,8 @@ def _by_either_map(problem: RouteProblem, fewer: int, *task: Any) -> FoundOrbit:
         orbits = orbits_of(problem)
         if not fewer or ChainLevel(orbits.return_map, problem.h0).displaced(53) < COARSE:
             return _found(orbits, *task)
-    except (Blurred, MapError):
-        # Tables of the whole layer are too coarse, or do not exist: those beside midlines are left.
+    except Blurred:
+        # Tables of the whole layer are too coarse: those beside midlines are left.
         if not fewer:
             raise
     return _found(orbits_of(problem, fewer), *task)

@@ -265,6 +265,14 @@ def test_orbits_between_surfaces_that_doubles_do_not_tell_apart_are_found(
     assert abs(begin.d[0] - found.d[0]) < found.delay * np.abs(found.d).max()
 
 
+@pytest.mark.slow
+def test_all_digits_are_right_where_the_map_of_the_whole_layer_is_coarse() -> None:
+    """By both maps 45 digits begin with these; by that map the last of 28 came out as 1."""
+    body = Body(A=("2.054", "1.637", "2.013"), r=("0.679", "0.735", 0), mu="0.000165")
+    found = find_orbit(body, "0011010", h0="0.9299", J1_0="2.09e-8", digits=28)
+    assert str(found.theta2_0) == "0.5880271106584498512739129793"
+
+
 TOO_CLOSE = Body(A=("2.419", "2.222", "2.347"), r=("0.887", "0.462", 0), mu="0.000199")
 TOO_HEAVY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
 HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
